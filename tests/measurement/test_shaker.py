@@ -126,7 +126,7 @@ def test_a_record_in_another_unit_fits_with_its_factor(factor: float, sign: int)
     (found,) = doubts((shaken_sine() + sign * ALONG) / factor, scenario_device())
     assert (found.doubt, found.value) == (ShakerDoubt.FACTOR, sign * factor)
     assert found.recorded == pytest.approx(AMPLITUDE / factor, rel=1e-3)
-    assert found.given == pytest.approx(AMPLITUDE)
+    assert found.stated == pytest.approx(AMPLITUDE)
 
 
 @pytest.mark.parametrize(("newton", "doubted"), [(1.2, False), (0.8, False), (2.0, True), (0.4, True)])
@@ -153,7 +153,7 @@ def test_single_samples_far_from_all_others_are_told_with_their_times() -> None:
     assert [row.at_s for row in found] == pytest.approx([row / RATE for row in rows])
     assert [row.recorded for row in found] == pytest.approx(values[rows])
     assert [row.value for row in found] == pytest.approx([300.0, 250.0], abs=0.2)
-    assert all(0.05 < row.given < 0.2 for row in found)  # the largest of 80,000 normal samples is at 4.5 deviations
+    assert all(0.05 < row.stated < 0.2 for row in found)  # the largest of 80,000 normal samples is at 4.5 deviations
 
 
 def test_impacts_on_the_capsule_are_no_single_samples() -> None:

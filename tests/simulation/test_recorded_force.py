@@ -15,7 +15,7 @@ from vireport.design.solution import solution_of
 from vireport.physics.cubics import Cubics
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw
-from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.events import Impact, check_model, check_start, follow_one, follow_recorded
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 BEGUN = 0.3
@@ -37,7 +37,7 @@ def sine(samples: int, periods: int, noise: float = 0.0, seed: int = 0) -> tuple
 def driven(groups: Groups, samples: np.ndarray, step: float, start: Impact, **how: bool) -> tuple[np.ndarray, Cubics]:
     cubics = Cubics.of(samples, step, groups.gbar)
     how = {"compiled": False} | how
-    rows, _ = follow_one(check_model(groups)[0], check_start(start, groups.d), 10_000, cubics=cubics, **how)
+    rows, _ = follow_recorded(check_model(groups)[0], check_start(start, groups.d), cubics, 10_000, **how)
     return rows, cubics
 
 

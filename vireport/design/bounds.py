@@ -48,18 +48,18 @@ def bounds_of(
 ) -> Bounds:
     """Bound the errors of every motion and voltage along a sweep and at a design point."""
     sweep, branches = (diagram.sweep, diagram.branches) if diagram is not None else (None, ())
-    over_sweep = tuple(_along(membrane, sweep, branch) for branch in branches if sweep is not None)
+    over_sweep = tuple(_branch_bounds(membrane, sweep, branch) for branch in branches if sweep is not None)
     if design is None:
         return Bounds(over_sweep, None)
-    bounds = _of(membrane, around_length(device), design.motions, design.errors)
+    bounds = _motion_bounds(membrane, around_length(device), design.motions, design.errors)
     if membrane is not None and design.conversion_by_motion is not None:
         bounds |= _conversion_bounds(device, membrane, design, bounds)
     return Bounds(over_sweep, bounds)
 
 
-def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
+def _branch_bounds(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
     """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
-    bounds = _of(membrane, sweep, branch.motions, None)
+    bounds = _motion_bounds(membrane, sweep, branch.motions, None)
     for row, critical in branch.family.critical_points.items():
         labelled = {**critical.closed.bounds, "sweep_value": critical.error_bound}
         for name in ("sweep_value", "d", "gbar", "velocity_bottom", "velocity_top"):
@@ -69,7 +69,7 @@ def _along(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str,
     return bounds
 
 
-def _of(
+def _motion_bounds(
     membrane: Membrane | None, sweep: Sweep, motions: Motions, solved: tuple[Floats, Floats] | None
 ) -> dict[str, Floats]:
     bounds = one_to_one_bounds(sweep, motions, solved)

@@ -291,7 +291,7 @@ class _Border(Struct, frozen=True, eq=False):
         for k in range(RAYS // 2 if mirrored(self.device) and self.order % 2 == 0 else RAYS):
             way = towards + 2 * pi * k / RAYS
             end = self.end(way, min(BEYOND * best.share, LARGEST) if best is not None else LARGEST)
-            if end is not None and not _known(end, best):
+            if end is not None and not _on_other_border(end, best):
                 end = self.turned(end)
                 best = end if best is None or end.share < best.share else best
         return best
@@ -353,7 +353,7 @@ class _Border(Struct, frozen=True, eq=False):
         return share, float(np.spacing(share)) + share * end.turn * end.turn
 
 
-def _known(end: _End, best: _End | None) -> bool:
+def _on_other_border(end: _End, best: _End | None) -> bool:
     """Whether an end that is farther than the best one is on the same border, or on one that is farther altogether."""
     if best is None or end.share <= best.share:
         return False

@@ -338,7 +338,7 @@ def endings(
     """
     d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for motion, u in followed:
-        for line, inputs in _inputs_along(lines, device, gbar).items():
+        for line, inputs in _inputs_by_line(lines, device, gbar).items():
             low, high = extent(line, device, d, gbar)
             # Gravity breaks the symmetry, and so does the restitution of one membrane: along such a line a motion and
             # its mirror image part, and both are followed.
@@ -352,7 +352,7 @@ def endings(
                     yield from (Ending(line, inputs, *end) for end in ends)
 
 
-def _inputs_along(lines: Sequence[Line], device: Device, gbar: float) -> dict[Line, tuple[DesignInput, ...]]:
+def _inputs_by_line(lines: Sequence[Line], device: Device, gbar: float) -> dict[Line, tuple[DesignInput, ...]]:
     """The lines that differ from one another, and the inputs that move a device along each."""
     inputs: dict[Line, tuple[DesignInput, ...]] = {line: line.value for line in lines}
 

@@ -221,7 +221,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
     """
     chosen = diagram.sweep.parameter if diagram is not None else Parameter.LENGTH
     value = float(device.value_of(chosen))
-    (motions, families, errors), lost = _found_at(device, chosen)
+    (motions, families, errors), lost = _solved_at(device, chosen)
     solved = chosen, value, motions, families, errors
     if not margins:
         return DesignPoint(*solved, (), (), (), lost=lost)
@@ -306,20 +306,20 @@ def around_length(device: Device) -> Sweep:
     return Sweep(device, Parameter.LENGTH, device.length_m / 2, device.length_m * 2)
 
 
-Found = tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]
+SolvedMotions = tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]
 """Motions at a design point, their families, and the errors of u and of the phase."""
 
 
-def motions_at(device: Device, parameter: Parameter) -> Found:
+def motions_at(device: Device, parameter: Parameter) -> SolvedMotions:
     """All motions at a design point, their families, and the errors of u and of the phase.
 
     Their `sweep_value` is that of `parameter`. Where the restitution falls with speed they are those that come from
     the motions of constant ones.
     """
-    return _found_at(device, parameter)[0]
+    return _solved_at(device, parameter)[0]
 
 
-def _found_at(device: Device, parameter: Parameter) -> tuple[Found, int]:
+def _solved_at(device: Device, parameter: Parameter) -> tuple[SolvedMotions, int]:
     """`motions_at`, and how many motions are lost on the way from constant restitutions."""
     lost, restitution = 0, device.restitution
     if isinstance(restitution, SpeedLaw):

@@ -418,7 +418,7 @@ def _doubt(path: str, value: float, capsule: float) -> Sentence | None:
 
 def doubted(found: ShakerFinding) -> Sentence:
     """What is said of a finding of a recorded acceleration."""
-    numbers = {"channel": found.channel, "recorded": found.recorded, "given": found.given}
+    numbers = {"channel": found.channel, "recorded": found.recorded, "given": found.stated}
     match found.doubt.name:
         case "FACTOR":
             (size, unit), sign = FACTOR_WORDS[round(log10(abs(found.value)))], "-" if found.value < 0 else ""

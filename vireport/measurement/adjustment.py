@@ -199,11 +199,11 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
     observed = {prior.unknown for prior in priors}
     square, done = 0.0, False
     for step in range(MOST_STEPS):
-        own = equations(model, impacts.at(true), unknowns)
-        weights = Weights(own)
-        around = own.impacts[:, None] + np.arange(-1, 2)
-        open_ = own.value + np.einsum("ij,ij->i", own.by_time, (times - true)[around])
-        white, columns = weights.whitened(open_), weights.whitened(own.by_unknown * scales)
+        system = equations(model, impacts.at(true), unknowns)
+        weights = Weights(system)
+        around = system.impacts[:, None] + np.arange(-1, 2)
+        open_ = system.value + np.einsum("ij,ij->i", system.by_time, (times - true)[around])
+        white, columns = weights.whitened(open_), weights.whitened(system.by_unknown * scales)
         freedom = len(open_) - len(unknowns) + len(where)
         if step == 0:
             square = float(white @ white) / max(freedom, 1)
@@ -218,7 +218,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         left = right + design @ move
         square = float(left @ left) / max(freedom, 1)
         errors = np.zeros_like(times)
-        np.add.at(errors, around, own.by_error * weights.returned(left[: len(white)])[:, None])
+        np.add.at(errors, around, system.by_error * weights.returned(left[: len(white)])[:, None])
         errors *= shares
         target = times - errors
         flights = np.diff(true)
@@ -247,7 +247,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         information,
         freedom,
         error,
-        own,
+        system,
         left,
         design,
         scales,

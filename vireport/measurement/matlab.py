@@ -175,9 +175,9 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
         raise UsageError(f"{name}: is packed in a way that MATLAB does not know (allowed: as it saves with -v7.3)")
     shape, chunk = ([int(length) for length in lengths] for lengths in (stored.shape, stored.chunks))
     parts = prod(-(-whole // part) for whole, part in zip(shape, chunk, strict=True))
-    each = size * prod(chunk)
+    chunk_bytes = size * prod(chunk)
     # A chunk is read as a whole, however little of it is used.
-    if (taken := max(taken, parts * each)) > budget:
+    if (taken := max(taken, parts * chunk_bytes)) > budget:
         raise _too_large(name)
     chunks: list[Any] = []
     stored.id.chunk_iter(chunks.append)
@@ -189,7 +189,7 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
         if piece.size > len(data):
             raise unwritten
         _, raw = stored.id.read_direct_chunk(piece.chunk_offset)
-        if len(zlib.decompressobj().decompress(raw, each + 1)) > each:
+        if len(zlib.decompressobj().decompress(raw, chunk_bytes + 1)) > chunk_bytes:
             raise _too_large(name)
     return taken
 

@@ -56,7 +56,7 @@ EVEN_SO, FEW = 0.03, 0.6
 """Steps by which a time is off without noise, as a rise is not straight and begins between samples: tried on pulses
 that ring and on halves of a sine. The second is over the cube of the steps in the rise."""
 
-FINE, BESIDE = 16, 24
+FINE, OUTSIDE = 16, 24
 """Points of a rise that a signal is resampled to where it has fewer, and samples beside it that are taken for that."""
 
 DITHER, SEED, MOST_ERRORS = 3.0, 0, 0.9
@@ -348,8 +348,8 @@ def _onset(
     length, origin = float(stop - begin), begin
     fine = ceil(FINE / (stop - begin))
     if fine > 1:  # between samples a signal without what is beyond half of their rate is known
-        first = max(begin - BESIDE, 0)
-        wave = resample_poly(wave[first : peak + BESIDE], fine, 1, padtype="line")
+        first = max(begin - OUTSIDE, 0)
+        wave = resample_poly(wave[first : peak + OUTSIDE], fine, 1, padtype="line")
         near = (peak - first) * fine
         near = near - fine + int(np.argmax(wave[near - fine : near + fine + 1]))
         rise = _rise(wave, near, float(wave[near]))

@@ -200,7 +200,7 @@ def _refused(name: str, path: str, message: str, line: int = 1) -> VireportError
     return ScenarioError(name, [Mistake(line, path, message)])
 
 
-def _known(title: str) -> tuple[HeardPlace | None, float] | None:
+def _kind_of(title: str) -> tuple[HeardPlace | None, float] | None:
     """What a name stands for, and its unit in SI units; a place of None is the time's. None where it is not known."""
     for place in (*HeardPlace, None):
         quantities = {HeardPlace.CAPSULE: ("acceleration",), None: ("time",)}.get(place, ("voltage", "sound"))
@@ -221,7 +221,7 @@ def _allowed() -> tuple[str, ...]:
     return tuple(names)
 
 
-def _require_known(name: str, titles: list[str], timed: bool) -> None:
+def _require_names(name: str, titles: list[str], timed: bool) -> None:
     """Refuse names of channels of which something is not known.
 
     Raises
@@ -232,7 +232,7 @@ def _require_known(name: str, titles: list[str], timed: bool) -> None:
     mistakes, hinted = Mistakes(), set[str]()
     taken = [title for title in titles if not title.startswith(UNUSED)]
     # What has no names at all, of which nothing is shown: it may be a file that was not meant to be read.
-    if timed and taken and not any(_known(title) or _meant(title, CLOSE) for title in taken[:LIKELY]):
+    if timed and taken and not any(_kind_of(title) or _meant(title, CLOSE) for title in taken[:LIKELY]):
         count = max(len(titles), 2)
         line = ",".join((*SIGNALS, *(f"{UNUSED}_{k}" for k in range(1, LIKELY)))[:count])
         raise _refused(
@@ -242,14 +242,14 @@ def _require_known(name: str, titles: list[str], timed: bool) -> None:
             f"from the second line on; write what its columns are, such as {line})",
         )
     for column, title in enumerate(titles, 1):
-        if title in taken and _known(title) is None:
+        if title in taken and _kind_of(title) is None:
             mistakes.add(1, visible(title[:LONGEST_SHOWN]), partial(_unknown, title, column, hinted))
     for title, count in Counter(taken).items():
         if count > 1:
             mistakes.add(1, visible(title[:LONGEST_SHOWN]), "stands twice (each once)")
     if mistakes:
         raise ScenarioError(name, mistakes.told, mistakes.more)
-    places = [title_name[0] for title in taken if (title_name := _known(title))]
+    places = [title_name[0] for title in taken if (title_name := _kind_of(title))]
     if timed and places.count(None) != 1:
         raise _refused(
             name, "", f"one column of times is needed (allowed: time_s, time_ms or time_us, as in {EXAMPLE})"
@@ -309,7 +309,7 @@ def _recorded(
     """A recording of columns, with times or else with a rate; names are known already."""
     channels = []
     for title, column in zip(titles, columns, strict=True):
-        signal = None if title.startswith(UNUSED) else _known(title)
+        signal = None if title.startswith(UNUSED) else _kind_of(title)
         if signal is None:
             continue
         with np.errstate(over="ignore"):
@@ -330,7 +330,7 @@ def _recorded(
     if times is None:
         _require_clock(name, 1 / rate_hz)
         return Recording(name, 1 / rate_hz, (Unbroken(0, count, 0.0),), tuple(channels))
-    title = next(title for title in titles if (signal := _known(title)) and signal[0] is None)
+    title = next(title for title in titles if (signal := _kind_of(title)) and signal[0] is None)
     step, stretches, uneven = _clock(name, title, times, located)
     return Recording(name, step, stretches, tuple(channels), uneven)
 
@@ -396,7 +396,7 @@ def _of_csv(name: str, data: bytes) -> Recording:
         if sign in head and "," not in head:
             raise _refused(name, "", f"columns are separated by {what} (allowed: commas, and points in numbers)")
     titles = [title.strip().strip('"').strip() for title in head.split(",")]
-    _require_known(name, titles, timed=True)
+    _require_names(name, titles, timed=True)
     used = [k for k, title in enumerate(titles) if not title.startswith(UNUSED)]
     if end < 0 or not data[end:].strip():
         raise _refused(name, "", f"no sample follows the names (at least {FEWEST_SAMPLES} are needed)")
@@ -404,7 +404,9 @@ def _of_csv(name: str, data: bytes) -> Recording:
     columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
     del rows
     names = [titles[k] for k in used]
-    (k, size), *_ = ((k, column[1]) for k, title in enumerate(names) if (column := _known(title)) and column[0] is None)
+    (k, size), *_ = (
+        (k, column[1]) for k, title in enumerate(names) if (column := _kind_of(title)) and column[0] is None
+    )
     with np.errstate(over="ignore"):
         times = columns[k] * size
     return _recorded(name, names, columns, times, 0.0, partial(_cell_of, data, titles))
@@ -533,7 +535,7 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
     if not isinstance(channels, dict) or not channels:
         raise _refused(file_name, "", f"has no channels (allowed: {allowed})", document.line_of(""))
     titles = list(channels)
-    _require_known(file_name, titles, timed=False)
+    _require_names(file_name, titles, timed=False)
     line = document.line_of("channels")
     if any(title.startswith("time") for title in titles):
         raise _refused(file_name, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
@@ -552,7 +554,7 @@ def _of_mat(name: str, data: bytes) -> Recording:
         names = [title for title in titles if title != RATE]
         if not names:
             raise _refused(name, "", f"the file has no variables (allowed: vectors named as columns, {EXAMPLE})")
-        _require_known(name, names, timed=False)
+        _require_names(name, names, timed=False)
         return [title for title in titles if not title.startswith(UNUSED)]
 
     vectors_of_file = vectors(name, data, wanted, LARGEST_RECORDING)

@@ -113,7 +113,7 @@ class ShakerFinding(Struct, frozen=True):
     value: float
     at_s: float = 0.0
     recorded: float = 0.0
-    given: float = 0.0
+    stated: float = 0.0
 
 
 class MeasuredHarmonic(Struct, frozen=True):
@@ -398,18 +398,18 @@ def _of_unit(shaker: ShakerMotion, device: Device) -> Iterator[ShakerFinding]:
     name, stated = shaker.channel.name, float(device.amplitude_n) / float(device.capsule_mass_kg)
     ratio = stated / shaker.amplitude
     factor = next((unit_factor for unit_factor in FACTORS if abs(ratio / unit_factor - 1) < SAME_FACTOR), 1.0)
-    along_slope = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
-    reversed_ = (along_slope > 1 and abs(shaker.offset * factor + along_slope) < TILTED * along_slope) or _turned(
+    gravity_along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
+    reversed_ = (gravity_along > 1 and abs(shaker.offset * factor + gravity_along) < TILTED * gravity_along) or _turned(
         shaker, device
     )
     if factor != 1:
         signed = -factor if reversed_ else factor
-        yield ShakerFinding(ShakerDoubt.FACTOR, name, signed, recorded=shaker.amplitude, given=stated)
+        yield ShakerFinding(ShakerDoubt.FACTOR, name, signed, recorded=shaker.amplitude, stated=stated)
         return
     if not 1 / NO_FACTOR < ratio < NO_FACTOR:
-        yield ShakerFinding(ShakerDoubt.FORCE, name, ratio, recorded=shaker.amplitude, given=stated)
+        yield ShakerFinding(ShakerDoubt.FORCE, name, ratio, recorded=shaker.amplitude, stated=stated)
     if reversed_:
-        yield ShakerFinding(ShakerDoubt.REVERSED, name, -1.0, recorded=shaker.amplitude, given=stated)
+        yield ShakerFinding(ShakerDoubt.REVERSED, name, -1.0, recorded=shaker.amplitude, stated=stated)
 
 
 def _turned(shaker: ShakerMotion, device: Device) -> bool:

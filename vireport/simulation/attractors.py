@@ -1,8 +1,8 @@
 """Attractors of the simulated motion: for one start, or for many parameters and starts at once.
 
-Turns parameters and starts into cycles that are verified, or into the answer that none was reached.
-The transient is not a fixed number of impacts: near a critical point it lasts ln(tolerance)/ln|multiplier|
-periods.
+A ball is followed in blocks of impacts. After each block recognisers look at the last impacts: does it rest for ever,
+ride on a membrane again and again, or nearly repeat a cycle, which Newton's method then makes exact? The transient is
+not a fixed number of impacts: near a critical point it lasts ln(tolerance)/ln|multiplier| periods.
 """
 
 from __future__ import annotations
@@ -51,11 +51,12 @@ KEPT = 4096
 SETTLED = 1e-9
 # Below this multiplier one more period is all that is needed.
 FAST = 1e-3
-# Of a trajectory cut before it has settled: if it came closer by less than this, it is not on its way.
+# Of a trajectory cut before it has settled: if its distance from the cycle has not fallen below this share of what it
+# was, the cycle is not what it approaches.
 SLOWER = 0.9
-# This close, in phase [rad] and velocity [y_c], it is on its way to a cycle that attracts even so: towards r = 1 it
-# winds around it for millions of periods, now nearer and now farther.
-BESIDE = 1e-5
+# This close, in phase [rad] and velocity [y_c], it approaches a cycle that attracts even so: towards r = 1 it winds
+# around it for millions of periods, now nearer and now farther.
+APPROACHING = 1e-5
 # After a flight longer than this [t_c] rounding leaves less than three digits of the forcing phase.
 LONGEST_FLIGHT = 1e12
 # Impacts kept of a motion that is not periodic, and those of them that a diagram shows.
@@ -85,21 +86,22 @@ STOPPED: dict[float, tuple[Outcome, None, float, float]] = {
     CREEPING: (Outcome.CREEPING, None, nan, inf),
     FREE: (Outcome.FREE, None, nan, 0.0),
 }
-"""Of a ball that strikes a membrane no more, by the search's status: what it comes to, and an attractor's numbers."""
+"""Outcome, cycle, Lyapunov exponent and distance of an attractor on which the ball strikes no membrane, by the status
+of the event search."""
 
 STOPS = Outcome.REST, Outcome.HELD, Outcome.FREE
-"""Outcomes that are told without any impacts."""
+"""Outcomes that say all of an attractor, whatever impacts came before."""
 
 
 def motion_name(outcome: Outcome, word: str, period: int) -> str:
-    """The word of a motion and its period, or what the motion is where it has none."""
+    """The name of an attractor: its word and its period in forcing periods, or its outcome where it has no word."""
     if not word:
         return outcome.value
     return word_name(word, period)
 
 
 class Attractor(Struct, frozen=True, eq=False):
-    """The motion or state that a start leads to.
+    """The attractor in whose basin a start lies: a periodic or chaotic motion, or a state of rest.
 
     Parameters
     ----------
@@ -107,7 +109,7 @@ class Attractor(Struct, frozen=True, eq=False):
         Its kind.
     cycle : SimulatedMotion or None
         One period, verified on the return map, if it is periodic; None of a motion with rest that is so long that
-        rounding does not tell it.
+        rounding decides how it repeats.
     lyapunov : float
         Largest Lyapunov exponent per forcing period: of the cycle, or of the last impacts of a motion that is
         not periodic. -inf where the ball comes to rest, nan where it meets no membrane again or is not resolved.
@@ -171,7 +173,7 @@ class Diagram(Struct, frozen=True, eq=False):
 
 
 def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET, compiled: bool = True) -> Attractor:
-    """Attractor that one start leads to.
+    """Find the attractor that one start leads to.
 
     Parameters
     ----------
@@ -183,6 +185,11 @@ def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET, co
         Impacts to spend at most. Periodic motions use what their transient needs.
     compiled : bool
         Whether to compile the search, where numba is there.
+
+    Raises
+    ------
+    ValueError
+        If the groups describe no device, or the start is impossible.
     """
     model = check_model(groups)[0]
     ball = Trajectory.begun(model, check_start(start, groups.d), min(BLOCK, budget), KEPT, compiled)
@@ -196,51 +203,62 @@ def attractors(
     budget: int = 20_000,
     workers: int | None = None,
 ) -> list[tuple[Attractor, ...]]:
-    """Attractors that some starts lead to, for each of many parameters.
+    """Find the attractors that m starts lead to at each of n parameters.
 
     Parameters
     ----------
     groups : Groups
         Of devices, as arrays (n,) or numbers, broadcast against each other.
     starts : sequence of Impact or InFlight, or array (n, m, 4)
-        Tried at every parameter; or for each parameter its own, as rows of `random_starts`.
+        Tried at every parameter; or rows of `random_starts`, other ones at each parameter.
     impacts : int
-        Simulated of each at once, on all cores.
+        Simulated of all starts first, on all cores.
     budget : int
         Impacts of those that have not settled by then.
     workers : int, optional
         Threads; the number of processors by default. The result does not depend on it.
+
+    Returns
+    -------
+    list of tuple of Attractor
+        n tuples of m. Equal cycles of one parameter are one object.
+
+    Raises
+    ------
+    ValueError
+        If the groups describe no device, a start is impossible or there is none.
     """
     model = check_model(groups)
     first = start_rows(starts, model[:, 0])
     n, m = first.shape[:2]
     cores = (os.cpu_count() or 1) if workers is None else workers
+    # As many as the longest cycle needs: most starts have settled by then, and of the others `search` follows more.
     keep = cycles.MAX_IMPACTS + 1
     rows, summary = follow_impacts(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
-    reached = []
+    by_parameter = []
     for i in range(n):
         remembered: list[SimulatedMotion] = []
         ends = []
         for k in range(i * m, (i + 1) * m):
             happened = rows[k, max(0, rows.shape[1] - int(summary[k, 0]) - 1) :]
             ends.append(search(Trajectory(model[i], happened, summary[k], KEPT), budget, budget, remembered))
-        reached.append(tuple(ends))
-    return reached
+        by_parameter.append(tuple(ends))
+    return by_parameter
 
 
-def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
+def diagram(attractors_by_parameter: Sequence[Sequence[Attractor]]) -> Diagram:
     """Bifurcation diagram from simulation alone, each impact labelled by the word of its motion.
 
     Cycles are drawn once; of motions that are not periodic the last `DRAWN` impacts are.
 
     Parameters
     ----------
-    reached : sequence of sequences of Attractor
-        For each parameter, what its starts lead to, as from `attractors`.
+    attractors_by_parameter : sequence of sequences of Attractor
+        As from `attractors`.
     """
     labels: dict[str | Outcome, int] = {}
     parts: list[tuple[Array, int, int]] = []
-    for i, ends in enumerate(reached):
+    for i, ends in enumerate(attractors_by_parameter):
         drawn: set[int] = set()
         for end in ends:
             label, cycle = labels.setdefault(end.word or end.outcome, len(labels)), end.cycle
@@ -262,19 +280,23 @@ def diagram(reached: Sequence[Sequence[Attractor]]) -> Diagram:
 
 
 def search(ball: Trajectory, patience: int, budget: int, remembered: list[SimulatedMotion]) -> Attractor:
-    """Follow a ball until it is known what it leads to.
+    """Follow a ball, block by block, until it is on an attractor that is recognised.
+
+    Recognised are, in this order: a flight too long to be computed, a cycle that is remembered, a ride on a membrane
+    that has released the ball before, a cycle that the last impacts nearly repeat, and, when the patience is over, a
+    motion that is not periodic; and states in which the ball strikes no membrane any more.
 
     Parameters
     ----------
     ball : Trajectory
-        Has its last impacts afterwards.
+        Moved on to the attractor.
     patience, budget : int
         Impacts to spend while nothing periodic is in sight, and while a periodic motion is being approached.
     remembered : list of SimulatedMotion
-        Collects those of one parameter.
+        Cycles of the same parameter; those that are new are appended.
     """
     model, compiled, block = ball.model, ball.compiled, BLOCK
-    before_this: set[float] = set()
+    released_before: set[float] = set()
 
     def end(outcome: Outcome, cycle: SimulatedMotion | None, lyapunov: float, distance: float) -> Attractor:
         whole = cycle is not None or outcome in STOPS
@@ -286,7 +308,9 @@ def search(ball: Trajectory, patience: int, budget: int, remembered: list[Simula
             return end(Outcome.UNRESOLVED, None, nan, inf)
         near = [cycle for cycle in remembered if cycle.distance(rows[-1]) <= SETTLED]
         laps = cycles.laps(rows)
-        if not near and (laps or before_this & cycles.released(rows[1:])):
+        # All releases from one membrane are one state: a second ride on it, even if the impacts from the first one on
+        # are not kept any more, makes the motion periodic.
+        if not near and (laps or released_before & cycles.released(rows[1:])):
             rests = (cycles.rest_cycle(model, lap, compiled) for lap in laps)
             cycle = next((cycle for cycle in rests if cycle is not None), None)
             return end(Outcome.STICKING, cycle and _remembered(cycle, remembered), -inf, 0.0)
@@ -302,34 +326,35 @@ def search(ball: Trajectory, patience: int, budget: int, remembered: list[Simula
                 # The multiplier of the cycle tells how many impacts the rest of the approach takes.
                 ball.go_on(min(_transient(cycle, distance), budget - ball.impacts))
                 distance = cycle.distance(ball.rows[-1])
-            if distance <= SETTLED or (ball.impacts >= budget and distance < max(SLOWER * before, BESIDE)):
+            if distance <= SETTLED or (ball.impacts >= budget and distance < max(SLOWER * before, APPROACHING)):
                 cycle = _remembered(cycle, remembered)
                 return end(Outcome.PERIODIC, cycle, cycle.lyapunov, distance)
         if ball.impacts >= min(patience, budget):
             return end(Outcome.APERIODIC, None, cycles.exponent(model, ball.rows, compiled), inf)
-        before_this |= cycles.released(ball.rows)
+        released_before |= cycles.released(ball.rows)
         ball.go_on(min(block, budget - ball.impacts))
         block *= 2
     return end(*STOPPED[ball.status])
 
 
 def _last(rows: Array) -> Array:
+    """Wall, phase and velocity of the last impacts of a motion without a cycle, at most `LAST`."""
     return rows[-LAST:, [WALL, PHASE, VELOCITY]]
 
 
 def unresolved(rows: Array) -> bool:
-    """Whether a flight among these impacts was too long for its end to be known."""
+    """Whether one of the flights between impacts, rows of `kernel`, was too long for the forcing phase at its end."""
     return bool(rows[:, FLIGHT].max() > LONGEST_FLIGHT)
 
 
 def _transient(cycle: SimulatedMotion, distance: float) -> int:
-    """Impacts until a linear approach from this distance has settled, and one period more."""
+    """Impacts of a linear approach to a cycle from a distance [rad, y_c] until it has settled, and one period more."""
     periods = ceil(log(distance / SETTLED) / -log(max(cycle.growth, FAST)))
     return (periods + 1) * len(cycle.wall)
 
 
 def _remembered(cycle: SimulatedMotion, remembered: list[SimulatedMotion]) -> SimulatedMotion:
-    """The cycle as first found, so that equal ones are the same object."""
+    """The first of the remembered cycles that is equal to a cycle, which is remembered where there is none."""
     alike = (
         other
         for other in remembered

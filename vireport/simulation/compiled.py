@@ -1,4 +1,4 @@
-"""The event search of `kernel` compiled by numba, which is imported when it is first asked for."""
+"""The event search of `kernel` compiled by numba, which is imported with the first search that is compiled."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ def compiled_ways() -> Callable[..., bool] | None:
     return _compiled(kernel.follow_ways)
 
 
-def _compiled(followed: Callable[..., Result]) -> Callable[..., Result] | None:
-    """A function of the kernel compiled, or None where numba is missing.
+def _compiled(search: Callable[..., Result]) -> Callable[..., Result] | None:
+    """Compile a function of the kernel; None where numba is missing.
 
-    The functions that it calls stay those of the interpreter; numba is told to compile them where compiled code calls
-    them.
+    The functions that it calls stay those of the interpreter, so that both forms exist in one process; numba is told
+    to compile them where compiled code calls them.
     """
     try:
         from numba import njit
     except ImportError:
         return None
-    _teach()
-    search: Callable[..., Result]
+    _register_kernel()
+    compiled: Callable[..., Result]
     try:  # the result is kept on disk if there is a place to write to
-        search = njit(cache=True, nogil=True, **OPTIONS)(followed)
+        compiled = njit(cache=True, nogil=True, **OPTIONS)(search)
     except RuntimeError:
-        search = njit(nogil=True, **OPTIONS)(followed)
-    return search
+        compiled = njit(nogil=True, **OPTIONS)(search)
+    return compiled
 
 
 @cache
-def _teach() -> None:
-    """Tell numba, once, what the functions of the kernel are in compiled code."""
+def _register_kernel() -> None:
+    """Let compiled code call every function of the kernel, once in a process."""
     from numba.extending import register_jitable
 
     for _, function in getmembers(kernel, isfunction):

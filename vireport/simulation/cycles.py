@@ -1,6 +1,8 @@
-"""Periodic motions found by simulation: recognised in rows of impacts, proved by Newton on the return map.
+"""Periodic motions found by simulation: recognised in the last impacts of a trajectory, made exact by Newton's method.
 
-Turns the tail of a trajectory into a cycle with its word, its residual and its multipliers, or into nothing.
+Where the last impacts nearly repeat themselves, the return map has a fixed point near by: Newton's method finds it,
+with exact Jacobians, and the product of these over one period gives its multipliers. A ball that rides on a membrane
+again and again needs no Newton: it leaves that membrane in one state, and so repeats exactly.
 """
 
 from __future__ import annotations
@@ -43,9 +45,9 @@ CANDIDATES = 4
 NEWTON_STEPS = 12
 # Rounding leaves some 1e-15 an impact; a cycle is one only below this residual.
 RESIDUAL_TOL = 1e-12
-# Error at the end of a lap that begins at a release, known exactly, up to which the lap is the true one.
+# A lap begins at a release, in a state that is known exactly. Error at its end up to which it is the true one.
 STICK_TOL = 1e-6
-# The same where the lap was gone again, a few roundings off, and ended alike.
+# The same where two twins of it, a few roundings off, ended alike.
 LAP_TOL = 1e-2
 # Newton leaves less than this between equal impacts; different impacts of one cycle are further apart.
 SAME = 1e-9
@@ -53,7 +55,7 @@ SAME = 1e-9
 REACH = 0.3
 # Closer than this a trajectory is on a cycle, as far as rounding can tell.
 ON_IT = 1e-11
-# Change of an impact by which the sensitivity of a multiplier is found.
+# Change of an impact over which the sensitivity of a multiplier is a difference.
 MOVED = 1e-7
 
 
@@ -113,7 +115,7 @@ class SimulatedMotion(Struct, frozen=True, eq=False):
 
     @property
     def growth(self) -> float:
-        """Modulus of the larger multiplier: below 1 the motion attracts."""
+        """Modulus of the larger multiplier, by which small deviations grow in a period: below 1 the motion attracts."""
         return abs(self.multipliers[0])
 
     @property
@@ -122,23 +124,26 @@ class SimulatedMotion(Struct, frozen=True, eq=False):
         return log(self.growth) / self.period if self.growth > 0 else -inf
 
     def distance(self, row: Array) -> float:
-        """Distance of an impact from the nearest of the motion on its wall, in phase [rad] and velocity [y_c]."""
+        """Distance of an impact, a row of `kernel`, from the nearest one of the motion on the same membrane [rad, y_c].
+
+        Infinite if the motion strikes that membrane nowhere.
+        """
         apart = separation(self.phase - row[PHASE], self.velocity - row[VELOCITY])
         return float(np.min(apart[self.impacts[:, WALL] == row[WALL]], initial=inf))
 
     def motion(self, coordinate: float) -> Motion:
-        """The motion without what its simulation tells of it, at a value of a sweep's coordinate; of one without rests.
+        """Word, velocities and times of the motion, at a value of a sweep's coordinate; of a motion without rest.
 
-        From here on the equations of periodic motions can take it for a start.
+        The equations of periodic motions take it as a guess.
         """
         time = self.phase[0] / pi + np.concatenate([[0.0], np.cumsum(self.flight[1:])])
         return Motion(Word(tuple(self.wall.tolist()), self.period), self.velocity.copy(), time, coordinate)
 
 
 def jacobians(model: Array, before: Array, after: Array, compiled: bool = False) -> Array:
-    """Exact derivatives of impacts by the impacts before them, in (phase, velocity before the impact).
+    """Jacobians of the impact map: derivatives of impacts by those before, in (phase, velocity before the impact).
 
-    From (2.11) and (2.12) with Z fixed: dt = -(t dv + Z_phi dphi)/Z', where v is the velocity the flight
+    Exact, from (2.11) and (2.12) with Z fixed: dt = -(t dv + Z_phi dphi)/Z', where v is the velocity the flight
     starts with and Z_phi a derivative at fixed time. Each determinant is r^2 times the ratio of the two
     velocities, so that the product of all r^2 is left after a cycle; of restitutions that fall with speed, that of r
     times the slope.
@@ -165,6 +170,7 @@ def jacobians(model: Array, before: Array, after: Array, compiled: bool = False)
     speed = np.where(np.abs(speed) < SLOWEST, SLOWEST, speed)
     x = pi * t
     sine, cosine = np.sin(before[:, PHASE]), np.cos(before[:, PHASE])
+    # 1 - cos x without the cancellation of short flights, as x - sin x in `_lag`.
     rise = 2 * np.sin(x / 2) ** 2
     z_phase = -(sine * rise + cosine * _lag(x)) / pi**2
     end = np.cos(after[:, PHASE])
@@ -191,7 +197,7 @@ def jacobians(model: Array, before: Array, after: Array, compiled: bool = False)
 
 
 def _jacobians_with_friction(model: Array, before: Array, compiled: bool) -> Array:
-    """`jacobians` of a ball with friction, over what it does between impacts."""
+    """`jacobians` of a ball with friction, over its stops between impacts."""
     from vireport.simulation import stops
 
     free = before[:, RIDING] + before[:, SETTLING] == 0
@@ -201,10 +207,10 @@ def _jacobians_with_friction(model: Array, before: Array, compiled: bool) -> Arr
 
 
 def growth_bound(groups: Groups[float], cycle: SimulatedMotion) -> float:
-    """Bound the error of a cycle's `growth`: rounding, and what its residual leaves open of its impacts.
+    """Bound the error of a cycle's `growth` by rounding, and by the error of its impacts that its residual implies.
 
-    Each number of each impact is moved by a little on its own, and the changes of the multiplier are added up, so
-    that none can cancel another's. Zero where the ball sticks, for then the multiplier is.
+    Phase, flight and velocity of each impact are moved a little one at a time, and the changes of the multiplier are
+    added up, so that none can cancel another's. Zero where the ball sticks, for then the multiplier is zero.
     """
     n, rows = len(cycle.impacts), cycle.impacts
     if cycle.sticks or not n:
@@ -225,14 +231,16 @@ def growth_bound(groups: Groups[float], cycle: SimulatedMotion) -> float:
             moved = rows.copy()
             moved[row, column] += MOVED
             slopes += abs(grown(moved) - base) / MOVED
-    # An impact is off by what the residual becomes in all laps to come, and by rounding.
-    off = cycle.residual / max(abs(1 - cycle.growth), MOVED) + 16 * EPS
-    return 2 * slopes * off + 32 * n * EPS * max(base, 1.0)
+    # Newton's residual is that of one lap: the fixed point is as far as the geometric series of all laps to come.
+    error = cycle.residual / max(abs(1 - cycle.growth), MOVED) + 16 * EPS
+    return 2 * slopes * error + 32 * n * EPS * max(base, 1.0)
 
 
 def product(matrices: Array) -> tuple[Array, float]:
-    """Product of a chain of matrices, the last one leftmost: a matrix of norm 1, and the norm's logarithm."""
+    """Product of a chain of matrices (n, 2, 2), the last one leftmost: scaled to norm 1, and the norm's logarithm."""
     chain, scale = matrices, 0.0
+    # Neighbours are multiplied pairwise, all at once: as many products, in log2(n) operations on arrays. Each is
+    # scaled, as those of a chaotic motion overflow after some hundreds.
     while len(chain) > 1:
         odd = chain[-1:] if len(chain) % 2 else chain[:0]
         chain = np.concatenate((chain[1::2] @ chain[: len(chain) - len(odd) : 2], odd))
@@ -246,7 +254,7 @@ def product(matrices: Array) -> tuple[Array, float]:
 
 
 def exponent(model: Array, rows: Array, compiled: bool = False) -> float:
-    """Largest Lyapunov exponent per forcing period, since the ball last stuck; a product of Jacobians."""
+    """Largest Lyapunov exponent per forcing period over impacts (n, 6), from where the ball last stuck; nan of none."""
     stuck = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     free = rows[stuck[-1] + 1 :] if len(stuck) else rows[rows[:, WALL] != 0]
     span = float(np.sum(free[1:, FLIGHT]))
@@ -254,7 +262,7 @@ def exponent(model: Array, rows: Array, compiled: bool = False) -> float:
 
 
 def recurrences(rows: Array) -> list[int]:
-    """Numbers of impacts, ascending, after which the last impact came close to where it had been."""
+    """Candidates for the length of a cycle: after so many impacts, ascending, the last one nearly repeats another."""
     last, past = rows[-1], rows[-2 : -MAX_IMPACTS - 2 : -1]
     apart = separation(past[:, PHASE] - last[PHASE], past[:, VELOCITY] - last[VELOCITY])
     lengths: list[int] = (np.flatnonzero((apart < NEAR) & (past[:, WALL] == last[WALL])) + 1).tolist()
@@ -262,9 +270,23 @@ def recurrences(rows: Array) -> list[int]:
 
 
 def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> SimulatedMotion | None:
-    """Periodic motion of `length` impacts near the last rows, by Newton's method on the return map.
+    """Solve for the periodic motion of some impacts near the end of a trajectory, by Newton's method on the return map.
 
-    Returns None if the iteration leaves the word it began with, sticks, or stops short of `RESIDUAL_TOL`.
+    Parameters
+    ----------
+    model : array (6 + 3 h,)
+        A row of `check_model`.
+    rows : array (n, 6)
+        Impacts, see `kernel`.
+    length : int
+        Impacts of one period, at most n.
+    compiled : bool
+        Whether to compile the search, where numba is there.
+
+    Returns
+    -------
+    SimulatedMotion or None
+        None if the iteration leaves the word it began with, sticks, or stops short of `RESIDUAL_TOL`.
     """
     recent = rows[-length:]
     first = recent[np.argmax(np.abs(recent[:, VELOCITY]))].copy()  # far from grazing, where the map is smooth
@@ -318,7 +340,7 @@ def _determinant(model: Array, lap: Array) -> float:
 
 
 def laps(rows: Array) -> list[Array]:
-    """Impacts from a release to the next ride on the same membrane, the last ones on either; none if there are none.
+    """Impacts of the last lap from each membrane: from a release to the next ride on it, at most one lap for each.
 
     Released from a membrane the ball always moves alike: one lap is enough to know that the motion is periodic. Where
     so much happens in it that rounding alone decides when the next ride comes, only its cycle cannot be computed.
@@ -329,19 +351,20 @@ def laps(rows: Array) -> list[Array]:
 
 
 def released(rows: Array) -> set[float]:
-    """The membranes that have released the ball after a ride."""
+    """The membranes, 1 bottom and -1 top, that release the ball after a ride during some impacts."""
     return set(rows[_rides(rows), WALL].tolist())
 
 
 def _rides(rows: Array) -> NDArray[np.intp]:
+    """Rows of impacts after which the ball rides on the membrane and is released."""
     return np.flatnonzero((rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING]))
 
 
 def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> SimulatedMotion | None:
-    """Motion of the impacts from a release to the next ride on the same membrane; None where rounding makes the lap.
+    """The cycle of a ball that rides on a membrane once a lap; None where rounding decides how the lap goes.
 
-    That is told by how much rounding has grown at its end or, where it has grown too much for that, by whether the lap
-    ends in the same ride when it is gone again, a few roundings off.
+    Whether it does is read off the growth of rounding over the lap or, where that is too large, off twins of the lap
+    that start a few roundings away: they must end in the same ride.
 
     Parameters
     ----------
@@ -370,20 +393,30 @@ def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> SimulatedMoti
 
 
 def approached(model: Array, rows: Array, compiled: bool = True) -> SimulatedMotion | None:
-    """Periodic motion near the last rows that attracts, or one that does not but on which they lie."""
-    resting = None
+    """The cycle that the last impacts of a trajectory nearly repeat: one that attracts, or a repelling one they are on.
+
+    Parameters
+    ----------
+    model : array (6 + 3 h,)
+        A row of `check_model`.
+    rows : array (n, 6)
+        Impacts, see `kernel`.
+    compiled : bool
+        Whether to compile the search, where numba is there.
+    """
+    repelling = None
     for length in recurrences(rows):
         cycle = refine(model, rows, length, compiled)
         distance = cycle.distance(rows[-1]) if cycle is not None else inf
         if cycle is not None and cycle.growth < 1 and distance < REACH:
             return cycle
         if distance <= ON_IT:
-            resting = resting or cycle
-    return resting
+            repelling = repelling or cycle
+    return repelling
 
 
 def attracting(ball: Trajectory) -> SimulatedMotion | None:
-    """The motion that a ball surely comes to: its last impacts nearly repeat, next to a cycle that attracts."""
+    """The attracting cycle that the last impacts of a ball nearly repeat, and so surely approach; None without one."""
     cycle = approached(ball.model, ball.rows, ball.compiled)
     return cycle if cycle is not None and cycle.growth < 1 else None
 
@@ -407,13 +440,14 @@ def word_of(rows: Array) -> list[str]:
 
 
 def _struck(rows: Array) -> list[Struck]:
-    """What a word is made of. As plain numbers: each turn of a cycle has its word, and rows of arrays are slow."""
+    """Letters, speeds and stays of impacts as plain numbers: arrays are slow to spell every rotation of a cycle by."""
     stays = (rows[:, RIDING] + rows[:, SETTLING] > 0).tolist()
     walls = ["B" if wall > 0 else "T" for wall in rows[:, WALL].tolist()]
     return list(zip(walls, np.abs(rows[:, VELOCITY]).tolist(), stays, strict=True))
 
 
 def _letters(impacts: Sequence[Struck]) -> list[str]:
+    """The letters of impacts as `word_of` spells them."""
     letters: list[str] = []
     falling, last = 0, inf  # impacts on this membrane at the end, each slower than the one before
     for letter, speed, stays in impacts:
@@ -427,14 +461,15 @@ def _letters(impacts: Sequence[Struck]) -> list[str]:
 
 
 def chain_growth(model: Array, rows: Array, compiled: bool = False) -> float:
-    """Logarithm of what a small difference at the first of these impacts is multiplied by until the last."""
+    """Logarithm of the factor by which a small deviation grows from the first of some impacts (n, 6) to the last."""
     plain = rows.copy()
+    # Time on a membrane after the first impact is over by then: it must not make the derivative zero.
     plain[:, [SETTLING, RIDING]] = 0.0
     return product(jacobians(model, plain[:-1], plain[1:], compiled))[1] if len(rows) > 1 else 0.0
 
 
 def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> SimulatedMotion:
-    """Motion that starts where its word does; of equal words, with the fastest impact."""
+    """One period that begins where its word does, the alphabetically first one; of equal ones at the fastest impact."""
     n = len(rows)
     impacts = _struck(rows)
     letters = _letters(impacts)

@@ -1,12 +1,12 @@
-"""Impacts of many starts at once: the event search of `kernel` behind arrays, on as many cores as asked for.
+"""Impacts of many starts at once: the event search of `kernel` behind arrays, on one core or several.
 
 Turns starts (on a membrane or between them) into rows of impacts. It knows no periodic motion, and imports
-the compiler only when the first impact is asked for.
+the compiler only with the first impact.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 from itertools import pairwise
 from math import isfinite
@@ -49,7 +49,7 @@ Array = NDArray[np.float64]
 
 
 class Impact(Struct, frozen=True):
-    """A starting state at an impact.
+    """A start on a membrane, at the moment of an impact.
 
     Parameters
     ----------
@@ -94,11 +94,24 @@ def wrapped(phase: float) -> float:
 
 
 def check_model(groups: Groups[Any]) -> Array:
-    """Groups as an array (n, 6 + 3 h), after broadcasting; ValueError if they describe no device.
+    """Dimensionless groups as rows of an array, broadcast and checked.
 
-    A row is d, gbar, the restitution at the bottom and at the top, the exponent of the speed with which they fall and
-    the speed at which they are stated (0 and 1 of constant ones), and order, cosine and sine of each harmonic; and
-    friction, (n, 6 + 3 h + 1), of a ball with it.
+    Parameters
+    ----------
+    groups : Groups
+        Of n devices, as arrays (n,) or numbers.
+
+    Returns
+    -------
+    array (n, 6 + 3 h), with friction (n, 6 + 3 h + 1)
+        A row is d, gbar, the restitution at the bottom and at the top, the exponent of the speed with which they fall
+        and the speed at which they are stated (0 and 1 of constant ones), order, cosine and sine of each of h
+        harmonics, and the friction of a ball with it.
+
+    Raises
+    ------
+    ValueError
+        If they describe no device, or friction together with restitutions that fall with speed.
     """
     parts = [number for harmonic in groups.harmonics for number in (harmonic.order, harmonic.cosine, harmonic.sine)]
     law = (0.0, 1.0) if groups.law is None else (groups.law.exponent, groups.law.speed)
@@ -120,44 +133,58 @@ def check_model(groups: Groups[Any]) -> Array:
 
 
 def groups_of(model: Array) -> Groups[float]:
-    """The groups of a row of `check_model`."""
+    """Dimensionless groups from a row of `check_model`."""
     d, gbar, bottom, top, exponent, speed = map(float, model[:OF_SINE])
     groups = Groups.of(d, gbar, bottom, top)._replace(harmonics=harmonics_of(model), friction=friction_of(model))
     return groups._replace(restitution=SpeedLaw(bottom, top, exponent, speed)) if exponent else groups
 
 
 def rebounds(model: Array, wall: Array, velocity: Array) -> tuple[Array, Array]:
-    """The restitutions of impacts of a row of `check_model`, and their slopes, see `flight.restitution_at_speed`."""
+    """Restitutions r(|v|) of impacts, and derivatives of r(|v|) |v| by |v|, see `flight.restitution_at_speed`.
+
+    Parameters
+    ----------
+    model : array (6 + 3 h,)
+        A row of `check_model`.
+    wall, velocity : array (n,)
+        Membranes, and velocities before the impacts [y_c].
+    """
     exponent, speed = model[CONSTANT:OF_SINE]
     r = np.where(wall > 0, model[2], model[3])
     return flight.restitution_at_speed(r, np.abs(velocity) / speed, exponent) if exponent else (r, r)
 
 
 def harmonics_of(model: Array) -> tuple[Harmonic, ...]:
-    """The harmonics of a row of `check_model`."""
+    """Harmonics of the force from a row of `check_model`."""
     numbers = model[OF_SINE : len(model) - rubs(model)].reshape(-1, OF_HARMONIC).tolist()
     return tuple(Harmonic(int(order), a, b) for order, a, b in numbers)
 
 
 def rubs(model: Array) -> bool:
-    """Whether rows of `check_model`, or one, are of a ball with friction."""
+    """Whether `check_model` has made an array, or a row of it, for a ball with friction."""
     return bool((model.shape[-1] - OF_SINE) % OF_HARMONIC)
 
 
 def friction_of(model: Array) -> float | None:
-    """The friction of a row of `check_model`."""
+    """Coefficient of friction from a row of `check_model`; None of a ball without it."""
     return float(model[-1]) if rubs(model) else None
 
 
 def zeros_of_pull(model: Array, way: int = 0) -> Array:
-    """The phases at which the acceleration of a row of `check_model` is zero, with what follows, for the search.
+    """Forcing phases of the zeros of Z'', between which the search has concave or convex pieces of a flight.
 
-    Of a ball with friction that moves, Z' having the sign `way`.
+    Parameters
+    ----------
+    model : array (6 + 3 h,)
+        A row of `check_model`.
+    way : int
+        Sign of Z' of a ball with friction that moves.
 
     Returns
     -------
     array (m, 2)
-        Ascending phases, at least one, and the sign that makes Z concave from there to the next.
+        Ascending phases [rad], and the sign that makes Z concave from there to the next. At least one: where Z'' has
+        no zero, any phase cuts the period.
     """
     groups = groups_of(model)
     phases = np.array(unaccelerated(groups.gravity(way), groups.harmonics) or [0.0])
@@ -167,47 +194,65 @@ def zeros_of_pull(model: Array, way: int = 0) -> Array:
 
 
 def _forced(model: Array) -> tuple[Array, Array] | tuple[None, None]:
-    """Harmonics and zeros of the acceleration of rows of `check_model`, as the search takes them; None of a sine."""
+    """Harmonics (n, h, 3) and zeros of Z'' (n, m, 2) of rows of `check_model`, without friction; None of a sine."""
     if model.shape[1] == OF_SINE:
         return None, None
-    return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), _still(model, (0,))[:, 0].copy()
+    return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), _zeros(model, (0,))[:, 0].copy()
 
 
 def search_data(model: Array) -> tuple[Array, Array, Array]:
-    """What the search of a ball with friction takes of rows of `check_model`: its numbers, harmonics and zeros."""
+    """Arrays that the search of a ball with friction takes, from rows of `check_model`.
+
+    Returns
+    -------
+    plain : array (n, 5)
+        d, gbar, restitutions at the bottom and at the top, friction.
+    harmonics : array (n, h, 3)
+    zeros : array (n, 2, m, 2)
+        Of Z'', on the way up and on the way down.
+    """
     harmonics = model[:, OF_SINE:-1].reshape(len(model), -1, OF_HARMONIC)
     plain = np.column_stack([model[:, :CONSTANT], model[:, -1]])
-    return plain, np.ascontiguousarray(harmonics), _still(model, (-1, 1))
+    return plain, np.ascontiguousarray(harmonics), _zeros(model, (-1, 1))
 
 
-def _still(model: Array, ways: tuple[int, ...]) -> Array:
-    """The zeros of the acceleration of rows of `check_model`, as many for each sign of Z', (n, w, m, 2)."""
+def _zeros(model: Array, ways: tuple[int, ...]) -> Array:
+    """The zeros of Z'' of rows of `check_model` for each of w signs of Z', filled up to the same number, (n, w, m, 2).
+
+    A ball that is followed block by block has one row, whose zeros are remembered; of many, equal rows are solved once.
+    """
     if len(model) == 1:
-        return _still_of_one(model.tobytes(), ways).copy()
+        return _zeros_of_row(model.tobytes(), ways).copy()
     _, first, which = np.unique(model[:, 1:], axis=0, return_index=True, return_inverse=True)
-    return _still_of(model[first], ways)[which.ravel()]
+    return _zeros_of_rows(model[first], ways)[which.ravel()]
 
 
 @lru_cache(REMEMBERED)
-def _still_of_one(row: bytes, ways: tuple[int, ...]) -> Array:
-    return _still_of(np.frombuffer(row)[None], ways)
+def _zeros_of_row(row: bytes, ways: tuple[int, ...]) -> Array:
+    """`_zeros` of one row, by its bytes, which can be a key of the cache."""
+    return _zeros_of_rows(np.frombuffer(row)[None], ways)
 
 
-def _still_of(rows: Array, ways: tuple[int, ...]) -> Array:
+def _zeros_of_rows(rows: Array, ways: tuple[int, ...]) -> Array:
+    """`_zeros` of rows, each solved."""
     zeros = [[zeros_of_pull(row, way) for way in ways] for row in rows]
     most = max(len(phases) for of_row in zeros for phases in of_row)
     return np.stack([np.stack([_filled(phases, most) for phases in of_row]) for of_row in zeros])
 
 
 def _filled(zeros: Array, count: int) -> Array:
-    """Zeros of the acceleration with others that are none between the last one and the end of the period."""
+    """Zeros of Z'' with others that are none, up to a number: all rows of an array have as many."""
     last, sign = zeros[-1]
+    # What is added cuts the last piece without a change of sign: it stays concave or convex, as it was.
     more = count - len(zeros)
     return np.vstack([zeros, *((last + (TURN - last) * k / (more + 1), sign) for k in range(1, more + 1))])
 
 
 def check_start(start: Start, d: float) -> tuple[float, float, float, float]:
-    """Start as the row (wall, position, velocity, phase) of the search; ValueError if impossible."""
+    """A start as the row (wall, position, velocity, phase) of the search; ValueError if it is impossible.
+
+    The wall is 0 of a start in flight, the position 0 of one at an impact; the phase is in [0, 2 pi).
+    """
     if not (isfinite(start.velocity) and isfinite(start.phase)):
         raise ValueError(f"start is not finite: {start}")
     if isinstance(start, InFlight):
@@ -222,13 +267,25 @@ def check_start(start: Start, d: float) -> tuple[float, float, float, float]:
 
 
 def start_of(row: Array) -> Start:
-    """Row of `check_start` as a start."""
+    """The start that a row of `check_start` stands for."""
     wall, position, velocity, phase = map(float, row)
     return Impact(int(wall), velocity, phase) if wall else InFlight(position, velocity, phase)
 
 
 def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
-    """Starts as rows of `check_start`, (n, m, 4): the same at each of n distances, or an array of each one's own."""
+    """Rows of `check_start` (n, m, 4) for m starts at each of n distances d of the membranes [x_c].
+
+    Parameters
+    ----------
+    starts : sequence of Impact or InFlight, or array (n, m, 4)
+        The same at all distances; or rows for each of them.
+    d : array (n,)
+
+    Raises
+    ------
+    ValueError
+        If a start is impossible, there is none, or there are starts for another number of distances.
+    """
     if isinstance(starts, np.ndarray):
         by_parameter, count = [list(map(start_of, of_parameter)) for of_parameter in starts], starts.shape[1]
     else:
@@ -245,13 +302,7 @@ def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
 
 
 def follow_impacts(
-    model: Array,
-    starts: Array,
-    impacts: int,
-    keep: int | None = None,
-    workers: int = 1,
-    compiled: bool = True,
-    cubics: Cubics | None = None,
+    model: Array, starts: Array, impacts: int, keep: int | None = None, workers: int = 1, compiled: bool = True
 ) -> tuple[Array, Array]:
     """Follow each start for a number of impacts, or to its end.
 
@@ -269,61 +320,28 @@ def follow_impacts(
         Threads. The result does not depend on it.
     compiled : bool
         Whether to compile the search, where numba is there. A few thousand impacts are sooner had without.
-    cubics : Cubics, optional
-        The relative acceleration as it was recorded, in place of the force of the models: each start is followed from
-        its beginning to its end. The phase of a start is that of a sine beside it.
 
     Returns
     -------
     rows : array (n, keep, 6)
         In order of time, the last impact last; where fewer happened, the rows before the start are NaN.
     summary : array (n, 3)
-        Number of impacts, of sine-cosine pairs evaluated, and RUNNING, REST or FREE: of a recorded force the end of the
-        record, where the ball lies on a membrane or flies.
-
-    Raises
-    ------
-    ValueError
-        If the force was recorded, and the models have friction.
+        Number of impacts, of sine-cosine pairs evaluated, and the status of `kernel`, such as RUNNING, REST or FREE.
     """
-    rubbed = rubs(model)
-    if rubbed and cubics is not None:
-        raise ValueError("friction is not simulated with a recorded force")
-    search = None
-    if compiled:
-        search = compiled_rubbed_search() if rubbed else compiled_search()
+    rubbed, count = rubs(model), len(model)
+    search = _search(rubbed, compiled, count * impacts)
     keep = impacts + 1 if keep is None else min(keep, impacts + 1)
-    rows = np.full((len(model), keep, COLUMNS), np.nan)
-    summary = np.zeros((len(model), 3))
-    steps = impacts if cubics is None else len(cubics.rows)
-    if compiled and search is None and len(model) * steps * INTERPRETED_IMPACT > LONG:
-        _say_that_it_is_slow()
-
-    harmonics: Array | None
-    still: Array | None
-    if rubbed:
-        plain, harmonics, still = search_data(model)
-    else:
-        plain, (harmonics, still) = np.ascontiguousarray(model[:, :CONSTANT]), _forced(model)
-    drive = None if cubics is None else cubics.rows
-    interpreted = kernel.follow_rubbed_starts if rubbed else kernel.follow_starts
-    laws = None
-    if model[:, CONSTANT].any():
-        # A constant restitution among others is one that does not fall, and may be as large as 1.
-        most = np.where(model[:, CONSTANT] == 0, 1.0, flight.LARGEST_RESTITUTION)
-        laws = np.column_stack([model[:, CONSTANT:OF_SINE], most])
+    rows, summary = np.full((count, keep, COLUMNS), np.nan), np.zeros((count, 3))
+    plain, harmonics, zeros = search_data(model) if rubbed else (_plain(model), *_forced(model))
+    laws = _laws(model)
 
     def run(part: slice) -> None:
+        """Follow some of the starts."""
+        forced = [None if column is None else column[part] for column in (harmonics, zeros)]
+        arguments = (*forced,) if rubbed else (None if laws is None else laws[part], *forced, None)
         with np.errstate(all="ignore"):  # the compiled search raises no flags, the interpreted one must not
-            filled: tuple[Any, ...] = (starts[part], impacts, rows[part], summary[part])
-            if not rubbed:
-                filled = *filled, None if laws is None else laws[part]
-            forced: tuple[Any, ...] = (None, None)
-            if harmonics is not None and still is not None and drive is None:
-                forced = harmonics[part], still[part]
-            (search or interpreted)(plain[part], *filled, *forced, *(() if rubbed else (drive,)))
+            search(plain[part], starts[part], impacts, rows[part], summary[part], *arguments)
 
-    count = len(model)
     if workers > 1 and count > 1:
         from concurrent.futures import ThreadPoolExecutor
 
@@ -334,6 +352,72 @@ def follow_impacts(
     else:
         run(slice(0, count))
     return _ordered(rows, summary[:, 0]), summary
+
+
+def follow_recorded(
+    model: Array, start: Sequence[float], cubics: Cubics, impacts: int, compiled: bool = True
+) -> tuple[Array, Array]:
+    """Follow one start under a force that was recorded, from the beginning of the record to its end.
+
+    Parameters
+    ----------
+    model : array (6 + 3 h,)
+        A row of `check_model`, the force of which does not count.
+    start : sequence of float
+        A row of `check_start`; its phase is that of a sine beside the record.
+    cubics : Cubics
+        The relative acceleration as it was recorded.
+    impacts : int
+        After which the trajectory is cut.
+    compiled : bool
+        As of `follow_impacts`.
+
+    Returns
+    -------
+    rows : array (n + 1, 6)
+        The start and the impacts, in order of time.
+    summary : array (3,)
+        As of `follow_impacts`; its status says whether at the end of the record the ball lies on a membrane or flies.
+
+    Raises
+    ------
+    ValueError
+        If the model has friction.
+    """
+    if rubs(model):
+        raise ValueError("friction is not simulated with a recorded force")
+    search, rows = _search(False, compiled, len(cubics.rows)), np.full((1, impacts + 1, COLUMNS), np.nan)
+    models, starts, summary = model[None], np.array([start], dtype=float), np.zeros((1, 3))
+    with np.errstate(all="ignore"):
+        search(_plain(models), starts, impacts, rows, summary, _laws(models), None, None, cubics.rows)
+    return rows[0, : int(summary[0, 0]) + 1], summary[0]
+
+
+def _search(rubbed: bool, compiled: bool, steps: int) -> Callable[..., None]:
+    """The function of `kernel` that follows starts, with friction or without, compiled where that is possible.
+
+    Warned is of as many impacts or pieces of a recorded force as take long in the interpreter.
+    """
+    search = None
+    if compiled:
+        search = compiled_rubbed_search() if rubbed else compiled_search()
+    if compiled and search is None and steps * INTERPRETED_IMPACT > LONG:
+        _say_that_it_is_slow()
+    return search or (kernel.follow_rubbed_starts if rubbed else kernel.follow_starts)
+
+
+def _plain(model: Array) -> Array:
+    """The columns d, gbar and both restitutions of rows of `check_model`, as the search without friction takes them."""
+    return np.ascontiguousarray(model[:, :CONSTANT])
+
+
+def _laws(model: Array) -> Array | None:
+    """Laws of restitution of rows of `check_model`, see `kernel.follow_starts`; None where all are constant."""
+    if not model[:, CONSTANT].any():
+        return None
+    # A constant restitution among others is one that does not fall, and may be as large as 1.
+    most = np.where(model[:, CONSTANT] == 0, 1.0, flight.LARGEST_RESTITUTION)
+    return np.column_stack([model[:, CONSTANT:OF_SINE], most])
 
 
 @cache
@@ -348,33 +432,41 @@ def _say_that_it_is_slow() -> None:
 
 
 def follow_one(
-    model: Array,
-    start: Sequence[float],
-    impacts: int,
-    keep: int | None = None,
-    compiled: bool = True,
-    cubics: Cubics | None = None,
+    model: Array, start: Sequence[float], impacts: int, keep: int | None = None, compiled: bool = True
 ) -> tuple[Array, Array]:
-    """Follow a single start as `follow_impacts` does, and leave out the rows that did not happen."""
-    rows, summary = follow_impacts(
-        model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled, cubics=cubics
-    )
+    """Follow a single start as `follow_impacts` does, and leave out the rows that did not happen.
+
+    Parameters
+    ----------
+    model : array (6 + 3 h,)
+        A row of `check_model`.
+    start : sequence of float
+        A row of `check_start`.
+    impacts, keep, compiled
+        As of `follow_impacts`.
+
+    Returns
+    -------
+    rows : array (n, 6)
+    summary : array (3,)
+    """
+    rows, summary = follow_impacts(model[None], np.array([start], dtype=float), impacts, keep, compiled=compiled)
     happened = int(summary[0, 0]) + 1
     return rows[0, max(0, rows.shape[1] - happened) :], summary[0]
 
 
 def as_start(row: Array) -> tuple[float, float, float, float]:
-    """Row of an impact as the start of a continuation."""
+    """The row of `check_start` from which a ball continues after an impact, a row of `kernel`."""
     return float(row[WALL]), 0.0, float(row[VELOCITY]), float(row[PHASE])
 
 
 def as_starts(rows: Array) -> Array:
-    """Rows of impacts, each of its own ball, as starts of their continuations, (n, 4)."""
+    """Rows of `check_start` (n, 4) from which balls continue, each after its impact, rows of `kernel` (n, 6)."""
     return np.stack([rows[:, WALL], np.zeros(len(rows)), rows[:, VELOCITY], rows[:, PHASE]], axis=1)
 
 
 def _ordered(rows: Array, count: Array) -> Array:
-    """Unroll the rings: impact i of a trajectory was written to row i mod keep."""
+    """Rows in the order of time, of rings in which impact i of a trajectory was written to row i mod keep."""
     keep = rows.shape[1]
     last = count.astype(int)[:, None]
     place = (last + 1 + np.arange(keep)) % keep

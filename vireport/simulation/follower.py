@@ -1,4 +1,4 @@
-"""One ball followed from impact to impact, until something recognises what it comes to."""
+"""One ball followed from impact to impact in blocks, until a recogniser of its caller says what it comes to."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ Array = NDArray[np.float64]
 
 ROUNDINGS = 64 * 2.2e-16
 TWINS = ROUNDINGS, -ROUNDINGS, 3 * ROUNDINGS
-"""By how much a twin starts off, over the velocity of its impact: of several, one would end alike by chance."""
+"""Relative changes of an impact velocity from which twins of a trajectory start: a single one would end alike by
+chance."""
 
 
 class Trajectory:
-    """A ball that is followed block by block: its last impacts, and whether it still strikes a membrane.
+    """The trajectory of one ball, continued block by block: its last impacts, and whether it still strikes a membrane.
 
     Parameters
     ----------
@@ -44,28 +45,36 @@ class Trajectory:
     def begun(
         cls, model: Array, start: Sequence[float], impacts: int, keep: int | None = None, compiled: bool = True
     ) -> Trajectory:
-        """The trajectory from a row of `check_start`, after its first block of impacts."""
+        """The trajectory from a row of `check_start`, with a first block of at most so many impacts."""
         return cls(model, *follow_one(model, start, impacts, keep, compiled), keep, compiled)
 
     @property
     def moving(self) -> bool:
-        """Whether it struck a membrane at the end of its last block, and so goes on."""
+        """Whether the ball struck a membrane at the end of its last block, and so goes on."""
         return self.status == RUNNING
 
     @property
     def last(self) -> tuple[float, float, float, float]:
-        """The last impact, as a start."""
+        """The last impact as a row of `check_start`, to begin a continuation with."""
         return as_start(self.rows[-1])
 
     def go_on(self, impacts: int, whole: bool = False) -> None:
-        """Follow it for another block: its impacts take the place of those before, or with `whole` come after them."""
+        """Follow the ball for another block of at most so many impacts.
+
+        Parameters
+        ----------
+        impacts : int
+        whole : bool
+            Whether impacts before are kept; else those of the block take their place.
+        """
+        # The last impact is the first row of the block: one that repeats it would count twice.
         rows, summary = follow_one(self.model, self.last, impacts, self.keep, self.compiled)
         self.rows = np.concatenate([self.rows, rows[1:]]) if whole else rows
         self.status, self.impacts = float(summary[2]), self.impacts + int(summary[0])
 
 
 def twins(row: Array, count: int) -> Iterator[tuple[float, float, float, float]]:
-    """Starts a few roundings from an impact: where they end alike, rounding does not decide the end."""
+    """Starts a few roundings from an impact, a row of `kernel`: where they end alike, rounding does not decide."""
     for off in TWINS[:count]:
         wall, position, velocity, phase = as_start(row)
         yield wall, position, velocity * (1 + off), phase

@@ -1,7 +1,7 @@
-"""The motion while a parameter changes slowly, as in an experiment: each value goes on from where the last one ended.
+"""Slow sweeps as in an experiment: the motion at each value of a parameter starts from the state at the value before.
 
-Turns values of a parameter into the motions that are met on the way, and into the jumps from one motion to another,
-each between two values as close as was asked for. What is met depends on the direction: that is hysteresis.
+Turns values of a parameter into the attractors on the way, and into the jumps from one to another, each located between
+two values as near to one another as `RESOLUTION` says. Both depend on the direction of the sweep: that is hysteresis.
 """
 
 from __future__ import annotations
@@ -45,14 +45,15 @@ RESOLUTION = 1e-6
 """Width of the interval that a jump is located in, over that of the whole range."""
 
 PATIENCE = 20
-"""Times the impacts asked for, until a motion counts as not periodic: next to a fold it lingers where it was."""
+"""Impacts after which a motion counts as not periodic, over those of `course`: next to a fold it lingers where the
+cycle was."""
 
 AWAY = 100
-"""Times the resolution: how far from a periodic motion one that is not periodic is looked at. The nearer the fold where
-the cycle ends, the longer it stays beside it."""
+"""Distance in the parameter, over the resolution, from a periodic motion to where one that is not periodic is looked at
+again: the nearer the fold where the cycle ends, the longer a motion lingers at it."""
 
 MOST_STEPS = 400
-"""Steps between two values, some 60 to a jump; one that is found later has the interval that is left."""
+"""Steps between two values, some 60 to a jump; a jump that comes after so many is located less sharply."""
 
 
 class Conditions(NamedTuple):
@@ -81,7 +82,7 @@ class Stage(Struct, frozen=True, eq=False):
     last: Impact
 
     @property
-    def untold(self) -> bool:
+    def without_cycle(self) -> bool:
         """Whether no cycle of the motion is known: it is not periodic, or so long that rounding decides."""
         return self.attractor.cycle is None and self.attractor.outcome in (Outcome.APERIODIC, Outcome.STICKING)
 
@@ -92,27 +93,27 @@ class Stage(Struct, frozen=True, eq=False):
         periodic, or whose cycle rounding does not tell, are not told from one another. With `mirror` the mirror image
         of the other counts as well.
         """
-        if self.untold and other.untold:
+        if self.without_cycle and other.without_cycle:
             return 0.0
         image = other.impacts * (-1, 1, -1) + (0, np.pi, 0)
         others = (other.impacts, image) if mirror else (other.impacts,)
-        return min(max(_aside(self.impacts, image), _aside(image, self.impacts)) for image in others)
+        return min(max(_farthest(self.impacts, image), _farthest(image, self.impacts)) for image in others)
 
 
 class Jump(Struct, frozen=True, eq=False):
-    """A discontinuous change, somewhere between the values of two stages: from the motion of one to the other's."""
+    """A discontinuous change of the motion, somewhere between the values of two stages of a slow sweep."""
 
     before: Stage
     after: Stage
 
     @property
     def value(self) -> float:
-        """The middle of the interval that it lies in."""
+        """The middle of the interval of the parameter in which the jump lies."""
         return (self.before.value + self.after.value) / 2
 
     @property
     def off(self) -> float:
-        """How far from there it may be: half of that interval."""
+        """Half of the interval of the parameter in which the jump lies: the largest error of `value`."""
         return abs(self.after.value - self.before.value) / 2
 
 
@@ -149,7 +150,7 @@ def course(
     # Below some spacings of a double the steps would stand still.
     resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))
     track = _Track(at, PATIENCE * impacts, resolution, (min(values), max(values)))
-    stage = track.reached(start, values[0])
+    stage = track.continued(start, values[0])
     stages, jumps = [stage], []
     for value in values[1:]:
         stage, passed = track.followed(stage, value)
@@ -159,13 +160,37 @@ def course(
 
 
 class _Track(Struct, frozen=True, eq=False):
+    """A slow sweep between two ends of a parameter.
+
+    Attributes
+    ----------
+    at : callable
+        Conditions at a value of the parameter.
+    patience : int
+        Impacts until a motion counts as not periodic.
+    resolution : float
+        Width of the interval in which a jump is located.
+    ends : tuple of float
+        Least and largest value.
+    """
+
     at: Callable[[float], Conditions]
     patience: int
     resolution: float
     ends: tuple[float, float]
 
-    def reached(self, before: Stage | None, value: float, patience: int | None = None) -> Stage:
-        """What the motion of a stage becomes at another value, or the ball that lay on the bottom membrane."""
+    def continued(self, before: Stage | None, value: float, patience: int | None = None) -> Stage:
+        """The motion at a value of the parameter, from the last state of a stage at another value.
+
+        Parameters
+        ----------
+        before : Stage or None
+            None for a ball that lies on the bottom membrane.
+        value : float
+            Of the parameter.
+        patience : int, optional
+            Impacts until the motion counts as not periodic; those of the sweep by default.
+        """
         groups, unit = self.at(value)
         start = Impact(BOTTOM, 0.0, 0.0)
         if before is not None:
@@ -182,37 +207,37 @@ class _Track(Struct, frozen=True, eq=False):
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 
     def apart(self, stage: Stage, other: Stage) -> bool:
-        """Whether two motions differ; one that is not periodic may stay near the other for long, and leave."""
+        """Whether the motions of two stages differ, by `CLOSE` or because one leaves the other in the long run."""
         if stage.distance(other) > CLOSE:
             return True
-        periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.untold)
-        if periodic.attractor.cycle is None or not aperiodic.untold:
+        periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.without_cycle)
+        if periodic.attractor.cycle is None or not aperiodic.without_cycle:
             return False
-        # A chaotic motion may stay beside the cycle that it came from for long. A little farther on it
+        # A chaotic motion may linger near the cycle that has vanished at a fold. A little farther from the fold it
         # leaves sooner; if it does, the two are different motions.
         away = aperiodic.value + AWAY * np.copysign(self.resolution, aperiodic.value - periodic.value)
         groups = self.at(float(np.clip(away, *self.ends))).groups
         ball = Trajectory.begun(check_model(groups)[0], check_start(aperiodic.last, groups.d), KEPT, KEPT)
         for _ in range(BUDGET // KEPT):
-            if _aside(ball.rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:
+            if _farthest(ball.rows[:, [WALL, PHASE, VELOCITY]], periodic.impacts) > CLOSE:
                 return True
             ball.go_on(KEPT)
         return False
 
     def followed(self, stage: Stage, target: float) -> tuple[Stage, list[Jump]]:
-        """The motion at another value, and the jumps on the way there.
+        """The stage at another value, and the jumps on the way there.
 
-        Steps are halved where the motion becomes another one: one that is too long may end beyond the starts that
-        are drawn to a motion, where a shorter one does not.
+        Steps are halved where the motion becomes another one: after one that is too long the last state may lie outside
+        the basin of a motion that is still there, where after a shorter one it does not.
         """
         jumps: list[Jump] = []
         step = target - stage.value
         for attempt in count():
             last = abs(step) >= abs(target - stage.value)
             value = target if last else stage.value + step
-            ahead = self.reached(stage, value)
+            ahead = self.continued(stage, value)
             if stage.attractor.cycle is not None and ahead.attractor.cycle is None and stage.distance(ahead) <= CLOSE:
-                ahead = self.reached(stage, value, BUDGET)  # still on its way, as far as one can see
+                ahead = self.continued(stage, value, BUDGET)  # still on its way, as far as one can see
             apart = self.apart(stage, ahead)
             if apart and abs(step) > self.resolution and attempt < MOST_STEPS:
                 step /= 2
@@ -220,7 +245,7 @@ class _Track(Struct, frozen=True, eq=False):
             if apart:
                 # Before a jump is reported the motion is given the whole budget of impacts: a slow transient looks like
                 # another motion.
-                ahead = self.reached(stage, value, BUDGET)
+                ahead = self.continued(stage, value, BUDGET)
                 jumps += [Jump(stage, ahead)] if self.apart(stage, ahead) else []
             # Steps grow again after a jump, which is narrow, so that what is halved at one is not paid for along the
             # rest.
@@ -230,8 +255,11 @@ class _Track(Struct, frozen=True, eq=False):
         return stage, jumps
 
 
-def _aside(impacts: Array, others: Array) -> float:
-    """Largest distance of an impact from the nearest of others, or its velocity where that is less."""
+def _farthest(impacts: Array, others: Array) -> float:
+    """Largest distance of an impact from the nearest of others on its membrane, or its velocity where that is less.
+
+    Impacts are rows (n, 3) of wall, phase [rad] and velocity [y_c].
+    """
     speed = np.abs(impacts[:, 2])
     if not len(others):
         return float(speed.max(initial=0.0))

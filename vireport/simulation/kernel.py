@@ -5,6 +5,10 @@ zeros of Z'' (phases with cosine -gbar) Z' is monotone, so on such a piece the m
 sign, is a concave function y with at most one peak: either y passes its upper wall before the peak, or it can
 only leave through the lower one. So every crossing is bracketed before it is computed.
 
+Three things can go wrong with an impact, and each has its function: the ball may only just reach a wall (`_peak`: a
+graze), it may bounce infinitely often in a finite time (`_settle`: chatter), and it may drift for thousands of periods
+before it meets a wall (`_idle_periods`).
+
 Harmonics of the force add to each flight what their own sines do; the zeros of Z'' are then given from outside. Where
 `more` or `harmonics` is None the force is a sine: the compiler leaves the rest away. Of a force that was recorded a
 flight goes through one cubic after another, and is a polynomial of five numbers on each, where others have four.
@@ -12,7 +16,9 @@ flight goes through one cubic after another, and is a polynomial of five numbers
 A ball with friction has searches of its own, from stop to stop: on a way without one friction is a constant.
 
 The functions are plain ones, some hundred times slower than what `compiled` makes of them, and the same to rounding.
-They stay in one file, and import nothing that is ours, because numba's cache looks at no other for changes.
+They stay in one file, and import nothing that is ours, because numba's cache looks at no other for changes. They take
+numbers and tuples, some of them ten, where records would be natural: the interpreter would make a record in each step
+of each search, and a run without the compiler is made of little else.
 """
 
 from __future__ import annotations
@@ -38,12 +44,13 @@ FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-orde
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
 # Stops of a ball with friction on all of its way, and so many more for each impact: beyond, it creeps. Others stop a
 # few times in a flight.
-MAX_STOPS, STOPS_EACH = 4_000, 8
+MAX_STOPS, STOPS_PER_IMPACT = 4_000, 8
+# A flight is described by its beginning. In the functions below y is its displacement from there, or minus that.
 FlightRow = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
 Quintic = tuple[float, float, float, float, float]  # Z' to Z''''' at the start, where Z'' is a cubic
 Leg = FlightRow | Quintic
 Node = tuple[float, float, float]  # a time, and displacement and velocity there
-Hit = tuple[float, float, float, float, float]
+Hit = tuple[float, float, float, float, float]  # see `_next_impact`
 Pair = tuple[float, float]
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -56,6 +63,8 @@ LENGTH, PULL, RATE, BEND, JERK, CONCAVE = 0, 1, 2, 3, 4, 5
 def _long(t: float, x: float) -> FlightRow:
     """Return 1 - cos x and x - sin x, x = pi t, with sine and cosine; for x of 1 or more."""
     sine, cosine = sin(x), cos(x)
+    # x is pi t rounded: for a relative error of the result of one rounding, what was cut off is added to first order.
+    # The product of doubles is split exactly, by Dekker's method.
     spread = t * SPLIT
     head = spread - (spread - t)
     rest = ((PI_HEAD * head - x) + PI_HEAD * (t - head)) + PI_TAIL * t  # what rounding cut off pi t
@@ -140,21 +149,21 @@ def _by_snap(d: float, t: float, flight: Leg, more: More, y2: float) -> float:
 
 
 def _size(t: float, flight: Leg) -> float:
-    """The size of the terms that y is a sum of."""
+    """A bound of the terms that y(t) is a sum of: rounding makes errors of EPS times that."""
     if len(flight) == 5:
         return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t
     return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t + min(0.5 * t * t, 0.2 + abs(t))
 
 
 def _turned(flight: Leg) -> Leg:
-    """The flight where y is -Z."""
+    """The description of a flight in which y stands for -Z, so that a convex piece becomes concave."""
     if len(flight) == 5:
         return -flight[0], -flight[1], -flight[2], -flight[3], -flight[4]
     return -flight[0], -flight[1], -flight[2], -flight[3]
 
 
 def _hop(flight: Leg, end: float) -> float:
-    """When a short hop from the lower wall comes back, by its own expansion as in `_settle`; inf where it is long."""
+    """Time of a short hop from the lower wall, by its expansion in the speed as in `_settle`; inf where it is long."""
     v, brake = flight[0], -flight[1]
     if len(flight) == 5:
         turn = (4 / 3) * flight[2]
@@ -179,6 +188,7 @@ def _crossing(flight: Leg, more: More, wall: float, rising: float, ends: Pair, t
     """
     low, high = ends
     for step in range(1, MAX_STEPS):
+        # Householder's step of third order: y'' and y''' cost no further sine or cosine.
         f, y1, y2, y3 = _state(t, flight, more, wall)
         low, high = (t, high) if f * rising < 0.0 else (low, t)
         square = y1 * y1
@@ -226,7 +236,7 @@ def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple
         if y0 + p0 * (top - t0) < wall:
             return False, m, m, float(step)
         y, p, q, j = _state(m, flight, more, wall)
-        if y >= 0.0:
+        if y >= 0.0:  # a touch counts: rounding cannot tell it from an impact
             guess = m - sqrt(2.0 * y / abs(q)) if q != 0.0 else -inf
             if p > 0.1 or m - guess > 0.3 * (m - start[0]):  # not near the peak: its curvature says little
                 guess = _parabola((m, y + wall, p), start, wall)
@@ -245,16 +255,17 @@ def _piece(sign: float, flight: Leg, more: More, walls: Pair, start: Node, end: 
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
     path, turned = flight, more
     (lower, upper), (a, ya, pa), (b, yb, pb) = walls, start, end
+    # From here on y is concave: what is convex is turned upside down.
     if sign < 0.0:
         path, turned = _turned(flight), _signed(more)
         lower, upper, ya, pa, yb, pb = -upper, -lower, -ya, -pa, -yb, -pb
-    high, guess, seen, reached = b, a, 0.0, False
+    high, guess, seen, strikes_upper = b, a, 0.0, False
     if yb >= upper and pb >= 0.0:
-        reached = True
+        strikes_upper = True
         guess = _parabola((b, yb, pb), (a, ya, pa), upper)
     elif pa > 0.0 and pb < 0.0:
-        reached, high, guess, seen = _peak(path, turned, upper, (a, ya, pa), (b, yb, pb))
-    if not reached:
+        strikes_upper, high, guess, seen = _peak(path, turned, upper, (a, ya, pa), (b, yb, pb))
+    if not strikes_upper:
         if yb > lower:
             return 0.0, 0.0, 0.0, seen
         high = b
@@ -262,7 +273,7 @@ def _piece(sign: float, flight: Leg, more: More, walls: Pair, start: Node, end: 
         if guess == inf:
             guess = _parabola((a, ya, pa), (b, yb, pb), lower)
     guess = guess if a < guess < high else 0.5 * (a + high)
-    wall, rising = (upper, 1.0) if reached else (lower, -1.0)
+    wall, rising = (upper, 1.0) if strikes_upper else (lower, -1.0)
     t, speed, steps = _crossing(path, turned, wall, rising, (a, high), guess, base)
     return rising * sign, t, sign * speed, seen + steps
 
@@ -278,9 +289,10 @@ def _node(t: float, flight: FlightRow, end: Pair) -> Node:
 
 
 def _breakpoint(phase: float, gbar: float, turn: float) -> Node:
-    """Sign that makes Z concave from this phase on, time to the next zero of Z'', time from there to another.
+    """Pieces of a flight under a sine: sign that makes Z concave now, time to the next zero of Z'', and to another one.
 
-    With gbar >= 1 there is no zero: half periods serve as pieces, and Z is convex on all of them.
+    The zeros are `turn` = arccos(-gbar) and its mirror image. With gbar >= 1 there is none: half periods serve as
+    pieces, and Z is convex on all of them.
     """
     if gbar >= 1.0:
         return -1.0, 1.0, 1.0
@@ -326,6 +338,7 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
             if wall != 0.0:
                 return periods, t, wall, hit, seen
             node = end
+        # Both pieces are searched: one period. Those in which the mean motion keeps clear of the walls are skipped.
         idle = _idle_periods(ends[1], now, gate, 1.0)
         if g == 0.0 and v == s * PER_PI and (window > 0 or idle > 0.0):
             break  # no drift: every period repeats this one
@@ -339,7 +352,7 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
 
 
 def _begun(phase: float, harmonics: Array, parts: Array) -> None:
-    """Fill in what each harmonic is at a phase, as the cosine and sine of a flight are."""
+    """Fill `parts` with order, cosine and sine of each harmonic where a flight begins, the phase being its zero."""
     for k in range(len(harmonics)):
         j, a, b = float(harmonics[k, 0]), float(harmonics[k, 1]), float(harmonics[k, 2])
         cosine, sine = cos(j * phase), sin(j * phase)
@@ -347,20 +360,21 @@ def _begun(phase: float, harmonics: Array, parts: Array) -> None:
 
 
 def _next_zero(phase: float, still: Array) -> int:
-    """Which zero of Z'' comes first after a phase; their number where that is the first of the next period."""
+    """Index of the first zero of Z'' after a phase; the number of zeros if that is the first of the next period."""
     for k in range(len(still)):
         if phase < still[k, 0]:
             return k
     return len(still)
 
 
-def _next_impact_among(flight: FlightRow, more: More, phase: float, still: Array, walls: Pair) -> Hit:
-    """First impact of a flight as `_next_impact`, between zeros of Z'' that are given, of a force with harmonics.
+def _next_impact_with_harmonics(flight: FlightRow, more: More, phase: float, still: Array, walls: Pair) -> Hit:
+    """First impact of a flight as `_next_impact`, under a force with harmonics.
 
-    Rows of `still` are a phase and the sign that makes Z concave from there on.
+    Rows of `still` are the zeros of Z'', each a phase and the sign that makes Z concave from there on.
     """
     v, g, c, s = flight
     count, following = len(still), _next_zero(phase, still)
+    # Impulse, path and amplitude of all harmonics together, as a sine alone has s, c and 1: for the mean motion.
     impulse, path, reach = s, c, 1.0
     if more is not None:
         parts = more[0]
@@ -396,10 +410,10 @@ def _next_impact_among(flight: FlightRow, more: More, phase: float, still: Array
     return periods, 0.0, 0.0, 0.0, seen
 
 
-def _settle_among(
+def _settle_with_harmonics(
     wall: float, flight: FlightRow, more: More, phase: float, r: float, still: Array
 ) -> tuple[bool, float, float]:
-    """Whether the ball settles on the wall as in `_settle`, between zeros of Z'' that are given; inf: for ever."""
+    """Whether the ball settles on the wall as in `_settle`, under a force with harmonics; it rides inf: for ever."""
     v = flight[0]
     if abs(v) > CHATTER_SPEED:
         return False, 0.0, 0.0
@@ -420,7 +434,11 @@ def _settle_among(
 
 
 def _summed(v: float, r: float, press: float, jerk: float, bend: float, left: float) -> tuple[bool, float, float]:
-    """Whether all hops to come can be summed as in `_settle`, the time they take, and what is left then."""
+    """Whether the infinitely many hops to come can be summed, the time they take, and the time that it rides then.
+
+    Parameters are the speed just after an impact, r, the acceleration that presses the ball onto the wall, the rate at
+    which that falls, a bound of its second derivative, and the time until it vanishes; see `_settle`.
+    """
     square = press * press
     if press <= 0.0 or square == 0.0 or r == 1.0:
         return False, 0.0, 0.0
@@ -431,16 +449,17 @@ def _summed(v: float, r: float, press: float, jerk: float, bend: float, left: fl
 
 
 def _quintic_at(v: float, row: Array, since: float) -> Quintic:
-    """The flight that begins some time after the beginning of a row of the drive."""
+    """A flight with velocity v that begins some time `since` the beginning of a row of the drive."""
     pull, rate, bend, jerk = float(row[PULL]), float(row[RATE]), float(row[BEND]), float(row[JERK])
     a = pull + since * (rate + since * (bend * (1 / 2) + since * jerk * (1 / 6)))
     return v, a, rate + since * (bend + since * jerk * (1 / 2)), bend + since * jerk, jerk
 
 
-def _next_impact_along(v: float, drive: Array, place: int, since: float, walls: Pair) -> tuple[Hit, int, float]:
-    """First impact of a flight as `_next_impact` through the rows of a drive, and its row and the time since then.
+def _next_impact_recorded(v: float, drive: Array, place: int, since: float, walls: Pair) -> tuple[Hit, int, float]:
+    """First impact of a flight as `_next_impact`, under a recorded force; also its row of the drive and the time in it.
 
-    Each row begins anew where the ball is then: no distance is a difference of what a whole record adds up to.
+    The flight begins in row `place`, at `since` its beginning. In each row it begins anew where the ball is then: no
+    distance is a difference of what a whole record adds up to.
     """
     time, gone, seen = 0.0, 0.0, 0.0
     for k in range(place, len(drive)):
@@ -458,10 +477,13 @@ def _next_impact_along(v: float, drive: Array, place: int, since: float, walls: 
     return (0.0, time, 0.0, v, seen), len(drive), 0.0
 
 
-def _settle_along(
+def _settle_recorded(
     wall: float, v: float, r: float, drive: Array, place: int, since: float
 ) -> tuple[bool, float, float, int]:
-    """Whether the ball settles on the wall as in `_settle`, and the row of the drive that lets it go; inf: none."""
+    """Whether the ball settles on the wall as in `_settle`, under a recorded force; also the row that lets it go.
+
+    It rides inf where it lies on the wall up to the end of the record.
+    """
     if abs(v) > CHATTER_SPEED or place == len(drive):
         return False, 0.0, 0.0, place
     sign, left, after = float(drive[place, CONCAVE]), float(drive[place, LENGTH]) - since, place + 1
@@ -477,7 +499,7 @@ def _settle_along(
 
 
 def _released(phase: float, still: Array) -> float:
-    """The zero of Z'' that a phase is up to rounding."""
+    """The zero of Z'' nearest to a phase, which is that zero up to rounding: a release is at exactly the same phase."""
     nearest, away = phase, inf
     for k in range(len(still)):
         off = abs(phase - still[k, 0]) % TURN
@@ -492,7 +514,8 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
 
     With the pressing acceleration A, its rate of decrease J and w = v/(1-r) all hops together take
     2w/A + 4J w^2/(3A^3) + O(w^3): one flight expanded, and summed over hops that lose both speed and A. The
-    neglected order is below w^3 (4J^2/A + 2|K|)/A^4, K being the next derivative.
+    neglected order is below w^3 (4J^2/A + 2|K|)/A^4, K being the next derivative. Chatter is completed analytically
+    once that is below `CHATTER_TOL` and the hops end before A vanishes; until then hops are followed one by one.
     """
     v, g, c, s = flight
     if abs(v) > CHATTER_SPEED:
@@ -504,7 +527,7 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
 
 
 def _on(phase: float, t: float) -> float:
-    """The phase after a time, in [0, 2 pi)."""
+    """The forcing phase in [0, 2 pi) a time t after it was `phase`."""
     phase += pi * t
     while phase >= TURN:  # at most twice, but for a record: cheaper than a remainder
         phase -= TURN
@@ -512,7 +535,7 @@ def _on(phase: float, t: float) -> float:
 
 
 def _falling(stated: float, speed: float, law: Array) -> float:
-    """The restitution at a speed by its law: exponent, speed at which it is stated, and the most that it is."""
+    """The restitution at a speed by a law: its exponent, the speed at which it is `stated`, and its largest value."""
     if speed > 0.0:
         return min(float(law[2]), float(stated * (speed / law[1]) ** law[0]))
     return float(law[2])
@@ -530,7 +553,7 @@ def _follow(
     still: Array | None,
     drive: Array | None,
 ) -> None:
-    """Follow one start; see `follow_starts`, of whose laws `which` is its own."""
+    """Follow one start; see `follow_starts`. Its law is row `which` of the laws: numba knows no row of None."""
     d, g, r_bottom, r_top = float(model[0]), float(model[1]), float(model[2]), float(model[3])
     wall, z, v, phase = float(start[0]), float(start[1]), float(start[2]), float(start[3])
     turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
@@ -552,13 +575,13 @@ def _follow(
                 r = _falling(r, abs(v), laws[which])
             v = -r * v  # (2.10)
             if drive is not None:
-                settles, settling, riding, after = _settle_along(wall, v, r, drive, place, since)
+                settles, settling, riding, after = _settle_recorded(wall, v, r, drive, place, since)
                 for_ever = riding == inf
             elif harmonics is None or still is None:
                 settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
                 for_ever = g >= 1.0
             else:
-                settles, settling, riding = _settle_among(wall, (v, g, c, s), (parts, 1.0), phase, r, still)
+                settles, settling, riding = _settle_with_harmonics(wall, (v, g, c, s), (parts, 1.0), phase, r, still)
                 for_ever = riding == inf
             if laws is not None:
                 # Hops to come are summed with one restitution: the largest, or so late that it makes no difference.
@@ -568,6 +591,7 @@ def _follow(
                 if for_ever:
                     status = REST
                     break
+                # It is released at rest, at a zero of Z'' that is known exactly: what came before is forgotten.
                 if drive is not None:
                     phase, v, place, since = _on(phase, settling + riding), 0.0, after, 0.0
                 elif harmonics is None or still is None:
@@ -580,11 +604,11 @@ def _follow(
             break
         row = row + 1 if row + 1 < kept else 0
         if drive is not None:
-            (periods, t, wall, v, steps), place, since = _next_impact_along(v, drive, place, since, walls)
+            (periods, t, wall, v, steps), place, since = _next_impact_recorded(v, drive, place, since, walls)
         elif harmonics is None or still is None:
             periods, t, wall, v, steps = _next_impact((v, g, c, s), phase, turn, walls)
         else:
-            periods, t, wall, v, steps = _next_impact_among((v, g, c, s), (parts, 1.0), phase, still, walls)
+            periods, t, wall, v, steps = _next_impact_with_harmonics((v, g, c, s), (parts, 1.0), phase, still, walls)
         evaluations += steps + 1.0
         if wall == 0.0:
             status = FREE
@@ -640,7 +664,7 @@ def _pull(phase: float, g: float, harmonics: Array) -> float:
 
 
 def _exit(phase: float, still: Array, sign: float) -> Pair:
-    """Time to the first of the zeros after which Z'' has a sign, concave or convex, and its phase; inf: none."""
+    """Time to the first zero of Z'' after which Z is concave (sign 1) or convex (-1), and its phase; inf where none is."""
     count, following = len(still), _next_zero(phase, still)
     for i in range(count):
         k, lap = following + i, 0.0
@@ -668,7 +692,7 @@ def _halt(flight: FlightRow, more: More, high: float) -> Pair:
 def _onward(
     way: float, v: float, phase: float, g: float, harmonics: Array, parts: Array, still: Array, room: float
 ) -> tuple[bool, float, float, float, float, float]:
-    """A ball with friction moves on, Z' with the sign `way`, until it strikes the wall ahead or stops.
+    """Follow a ball with friction that slips one way, Z' having the sign `way`, until it strikes the wall or stops.
 
     Parameters are its velocity, the phase, the gravity with friction on this way, the zeros of Z'' with it, and the
     distance to the wall. Returned: whether it strikes, time, distance, velocity and phase there, and the evaluations.
@@ -702,14 +726,14 @@ def _onward(
 
 
 def turned(phase: float) -> float:
-    """A phase up to a few turns, in [0, 2 pi)."""
+    """A phase of at most a few turns reduced to [0, 2 pi)."""
     while phase >= TURN:
         phase -= TURN
     return phase
 
 
 def begins(v: float, phase: float, model: Array, harmonics: Array) -> float:
-    """The way on which a ball with friction begins in flight: that of its velocity or, where it stands, of the pull.
+    """Sign of the first way of a ball with friction in flight: of its velocity or, at rest, of the acceleration, or 0.
 
     Parameters are those of `next_way`.
     """
@@ -722,7 +746,7 @@ def begins(v: float, phase: float, model: Array, harmonics: Array) -> float:
 def next_way(
     way: float, v: float, phase: float, model: Array, harmonics: Array, parts: Array, still: Array, walls: Pair
 ) -> tuple[float, float, float, float, float, float, float]:
-    """A ball with friction goes one way until it strikes or stops, or is held on the capsule until it is let go.
+    """Follow a ball with friction on one way: it slips until it strikes or stops, or is held until it is let go.
 
     `way` is the sign of its velocity, 0 where it is held; `walls` are top <= 0 <= bottom as seen from it. Returned:
     time (inf: held for ever), displacement, velocity and phase at the end, whether it strikes, the sign of the way that
@@ -730,6 +754,7 @@ def next_way(
     """
     g, f = float(model[1]), float(model[4])
     if way == 0.0:
+        # It is let go where |Z''| without friction exceeds friction: upwards or downwards, whichever comes first.
         up, first = _exit(phase, still[0], 1.0)
         down, second = _exit(phase, still[1], -1.0)
         if up < down:
@@ -740,6 +765,7 @@ def next_way(
     phase = turned(phase)
     if strikes:
         return t, way * y, v, phase, 1.0, 0.0, steps
+    # A stop is a switching event of friction: the ball turns if the force overcomes it, else it sticks.
     pull = way * _pull(phase, g, harmonics)
     return t, way * y, 0.0, phase, 0.0, (-way if pull < -f else 0.0), steps
 
@@ -747,7 +773,7 @@ def next_way(
 def follow_ways(
     begun: Array, walls: Array, model: Array, harmonics: Array, still: Array, ways: Array, ends: Ints
 ) -> bool:
-    """The ways of a ball with friction from each of some impacts to the next; False where `ways` has too few rows.
+    """Follow a ball with friction from each of some impacts to the next, way by way; False if `ways` has too few rows.
 
     `begun` (n, 3) has the sign of the first way, the velocity and the phase after each, `walls` (n, 2) what `next_way`
     takes. Filled are `ways` (m, 5), the sign, time, phase, velocity at the beginning and at the end of each, and `ends`
@@ -842,7 +868,7 @@ def _follow_rubbed(
     wall, z, v, phase = float(start[0]), float(start[1]), float(start[2]), float(start[3])
     walls, flight, parts = (-0.5 * d - z, 0.5 * d - z), 0.0, np.empty((len(harmonics), 3))
     evaluations, status, row, count = 1.0, RUNNING, 0, 0
-    left = MAX_STOPS + STOPS_EACH * impacts
+    left = MAX_STOPS + STOPS_PER_IMPACT * impacts
     while True:
         out = rows[row]
         row = row + 1 if row + 1 < len(rows) else 0

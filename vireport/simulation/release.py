@@ -1,4 +1,4 @@
-"""When a ball that lies on the bottom membrane is pressed onto it, and at which phase it leaves."""
+"""Phases at which the bottom membrane releases a ball at rest, and the phases in which it is pressed down before."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def release_phase(gbar: float) -> float:
 
 
 class Press(NamedTuple):
-    """When a ball at rest is pressed onto the bottom membrane.
+    """An interval of the forcing period in which a ball at rest is pressed onto the bottom membrane.
 
     Attributes
     ----------
     release : float
         Forcing phase at which it leaves [rad].
     share : float
-        Of the forcing period, up to there.
+        Of the forcing period: the length of the interval, which ends with the release.
     free : float
-        For how long it is not pressed from there on [rad].
+        Length of the interval without pressure that follows [rad].
     """
 
     release: float
@@ -45,8 +45,19 @@ class Press(NamedTuple):
 
 
 def presses(groups: Groups[float]) -> list[Press]:
-    """When a ball at rest is pressed down, once a period of a sine; none where it never leaves."""
-    gravity = groups.gravity(LEAVING)  # friction holds the ball back on its way
+    """The intervals in which a ball at rest is pressed down: one a period of a sine, none where it never leaves.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device, as numbers; with friction the ball is let go later.
+
+    Returns
+    -------
+    list of Press
+        By ascending phase of release.
+    """
+    gravity = groups.gravity(LEAVING)
     if not groups.harmonics:
         if gravity >= 1:
             return []
@@ -68,8 +79,8 @@ class _Stretch(NamedTuple):
 def _stretches(groups: Groups[float]) -> list[_Stretch]:
     """The stretches of a period in which a ball at rest is pressed down and in which it is free, by turns.
 
-    They fill the period, each begins where the one before ends, and neighbours differ: where the acceleration only
-    touches zero, what is before and after is one. None where it has one sign all through the period.
+    Invariant: they fill the period, each begins where the one before ends, and neighbours differ: where the
+    acceleration only touches zero, what is before and after is one. None where it has one sign all through the period.
     """
     phases = unaccelerated(groups.gravity(LEAVING), groups.harmonics)
     joined: list[_Stretch] = []

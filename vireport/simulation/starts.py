@@ -1,4 +1,4 @@
-"""Random and evenly spread states of the ball in flight, to begin with."""
+"""States of the ball in flight from which simulations start: random ones, and ones that are spread evenly."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vireport.simulation.kernel import TURN
 
 Array = NDArray[np.float64]
 
-# Starts reach this many times the velocity that is wanted: motions are approached from above as well.
+# Largest velocity of a start over that of the fastest motion: motions are approached from above as well.
 BEYOND = 1.5
 # Towards r = 1 the velocity that the forcing sustains has no limit; starts take it at this 1-r at least.
 LEAST_LOSS = 0.1
@@ -42,7 +42,7 @@ def start_speed(r: Any, fastest: ArrayLike = 0.0) -> Array:
 
 
 def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int | Sequence[int]) -> Array:
-    """Draw states in flight, for each parameter anew and independent of each other.
+    """Draw states in flight, independent of one another and from parameter to parameter.
 
     Position (between the membranes), velocity (up to `speed` in either direction) and forcing phase (over a period)
     are each uniform, so that the share of the starts that reach a motion is the share of this part of the state space.
@@ -70,10 +70,10 @@ def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int | Sequen
 
 
 def even_starts(d: float, speed: ArrayLike, count: int) -> Array:
-    """States in flight spread evenly over those that `random_starts` draws from, in an order that is even as well.
+    """States in flight that fill the set that `random_starts` draws from evenly, as a sequence of low discrepancy.
 
-    A few of them tell more than as many random ones, and need no generator, which takes longer to import than a few
-    hundred impacts do.
+    A few of them find more attractors than as many random ones. They need no generator, which takes longer to import
+    than a few hundred impacts do.
 
     Parameters
     ----------
@@ -82,6 +82,7 @@ def even_starts(d: float, speed: ArrayLike, count: int) -> Array:
     speed : array_like
         Largest velocity, see `start_speed` [y_c].
     count : int
+        Starts.
 
     Returns
     -------
@@ -93,6 +94,6 @@ def even_starts(d: float, speed: ArrayLike, count: int) -> Array:
 
 
 def _placed(position: Array, velocity: Array, phase: Array, distance: ArrayLike, speed: ArrayLike) -> Array:
-    """States by shares of what each of position, velocity and phase ranges over."""
+    """Rows of starts in flight from shares, 0 to 1, of the ranges of position, velocity and phase."""
     columns = (position - 0.5) * np.asarray(distance), (2 * velocity - 1) * np.asarray(speed), TURN * phase
     return np.stack([np.zeros_like(phase), *columns], axis=-1)

@@ -1,7 +1,9 @@
-"""The ways of a ball with friction between two impacts: it stops, turns or is held, and is let go.
+"""The ways of a ball with friction between two impacts, from stop to stop.
 
-The search of `kernel` gives impacts only; what is drawn, and how an impact depends on the one before, needs the ways
-between. They are found anew, by the search's own steps.
+With dry friction the flight between two impacts is piecewise smooth: the ball slips one way, stops, and turns or is
+held until the force lets it go. Each such piece is a way, on which the sign of Z' is constant. The search of `kernel`
+gives impacts only; a path that is drawn, and the derivative of an impact by the one before (over all stops between,
+by saltation), needs the ways. They are computed again, by the steps of the search.
 """
 
 from __future__ import annotations
@@ -22,12 +24,12 @@ from vireport.simulation.kernel import PHASE, RIDING, SETTLING, VELOCITY, WALL
 
 Array = NDArray[np.float64]
 
-WAYS_EACH = 4
-"""Ways between two impacts for which there is room at first."""
+WAYS_PER_FLIGHT = 4
+"""Rows for the ways of one flight with which the arrays begin; they grow where a ball stops more often."""
 
 
 class Way(NamedTuple):
-    """A part of a flight on which Z' keeps its sign.
+    """A part of a flight with friction on which Z' keeps its sign, or on which the ball is held.
 
     Attributes
     ----------
@@ -48,8 +50,8 @@ class Way(NamedTuple):
     end: float
 
 
-class _Searched(NamedTuple):
-    """What the search takes of a device, see `search_data`."""
+class _SearchedDevice(NamedTuple):
+    """A device with friction as the event search takes it: its groups, and the arrays of `search_data`."""
 
     groups: Groups[float]
     plain: Array
@@ -57,22 +59,29 @@ class _Searched(NamedTuple):
     still: Array
 
     @staticmethod
-    def of(model: Array) -> _Searched:
-        """That of a row of `check_model`."""
-        return _Searched(groups_of(model), *(part[0] for part in search_data(model[None])))
+    def of(model: Array) -> _SearchedDevice:
+        """The device of a row of `check_model`."""
+        return _SearchedDevice(groups_of(model), *(part[0] for part in search_data(model[None])))
 
 
 def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
-    """The ways from one impact to the next, of a row of `check_model` and a row of impacts, see `kernel`.
+    """The ways of a ball from one impact to the next.
 
-    Where the row is a start in flight, from its position [x_c] to the first impact: without end, if there is none.
+    Parameters
+    ----------
+    model : array (6 + 3 h + 1,)
+        A row of `check_model`, with friction.
+    before : array (6,)
+        The impact that they begin with, a row of `kernel`, or a start in flight.
+    position : float
+        Of a start in flight [x_c].
+
+    Yields
+    ------
+    Way
+        Up to the next impact: without end, if there is none.
     """
-    return _ways(_Searched.of(model), before, position)
-
-
-def _ways(searched: _Searched, before: Array, position: float = 0.0) -> Iterator[Way]:
-    """`ways` of a device whose search is prepared, which takes ten times as long as a way."""
-    groups, plain, harmonics, still = searched
+    groups, plain, harmonics, still = _SearchedDevice.of(model)
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
     phase, gone = kernel.turned(float(before[PHASE]) + pi * held), 0.0
     if wall:
@@ -96,7 +105,12 @@ def _ways(searched: _Searched, before: Array, position: float = 0.0) -> Iterator
 def moved_on(model: Array, before: Array, position: float, left: float) -> tuple[float, float]:
     """Position [x_c] and velocity [y_c] of a ball with friction a time after an impact or a start in flight.
 
-    Parameters are those of `ways`, and that time [t_c], which is before the next impact.
+    Parameters
+    ----------
+    model, before, position
+        As of `ways`.
+    left : float
+        The time [t_c]; it ends before the next impact.
     """
     groups = groups_of(model)
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
@@ -115,9 +129,19 @@ def moved_on(model: Array, before: Array, position: float, left: float) -> tuple
 
 
 def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Array, Array]:
-    """Time since the release, distance from the membrane left and velocity of a ball between two impacts, to draw it.
+    """Sample the path of a ball with friction between two impacts.
 
-    Parameters are those of `ways`, and how many points each way has.
+    Parameters
+    ----------
+    model, before
+        As of `ways`.
+    samples : int
+        Points on each way, its two ends included.
+
+    Returns
+    -------
+    time, position, velocity : array
+        Time since the release [t_c], Z less that of the membrane left [x_c], and Z' [y_c].
     """
     groups, clock, place = groups_of(model), 0.0, 0.0
     pieces = []
@@ -135,7 +159,8 @@ def path_between(model: Array, before: Array, samples: int) -> tuple[Array, Arra
 def jacobians(model: Array, before: Array, compiled: bool = False) -> Array:
     """Exact derivatives of impacts by those before, in (phase, velocity before the impact), over all stops between.
 
-    Where the ball was held on the way they are of rank one.
+    The derivative of each way is that of its smooth flow, corrected for the change of its duration (the saltation
+    matrix); they are multiplied. Where the ball was held on the way the product is of rank one, as it forgets.
 
     Parameters
     ----------
@@ -150,30 +175,45 @@ def jacobians(model: Array, before: Array, compiled: bool = False) -> Array:
     -------
     array (n, 2, 2)
     """
-    searched = _Searched.of(model)
+    searched = _SearchedDevice.of(model)
     r = np.where(before[:, WALL] > 0, *(searched.groups.restitution_at(wall) for wall in (BOTTOM, TOP)))
-    passed, ends = _after_each(searched, before, r, compiled)
-    matrices = _onward(searched.groups, passed, ends)
+    passed, ends = _ways_after(searched, before, r, compiled)
+    matrices = _way_derivatives(searched.groups, passed, ends)
     moved = np.zeros((len(before), 3, 2))  # position, velocity and phase, just after the impact
     moved[:, 1, 1], moved[:, 2, 0] = -r, 1.0
     begins = np.concatenate([[0], ends[:-1]])
+    # Way k of all flights at once, of those that have as many.
     for k in range(int((ends - begins).max(initial=0))):
         more = begins + k < ends
         moved[more] = matrices[begins[more] + k] @ moved[more]
     return np.asarray(moved[:, [2, 1]])
 
 
-def _after_each(searched: _Searched, before: Array, r: Array, compiled: bool) -> tuple[Array, NDArray[np.intp]]:
-    """The ways after some impacts, with the fields of `Way` as columns, and how many there are up to each next one.
+def _ways_after(searched: _SearchedDevice, before: Array, r: Array, compiled: bool) -> tuple[Array, NDArray[np.intp]]:
+    """The ways of many flights, one after the other.
 
-    `r` are the restitutions. The ball is not held after any of the impacts.
+    Parameters
+    ----------
+    searched : _SearchedDevice
+    before : array (n, 6)
+        The impacts with which the flights begin, after none of which the ball is held.
+    r : array (n,)
+        Their restitutions.
+    compiled : bool
+
+    Returns
+    -------
+    array (m, 5)
+        The fields of `Way` as columns.
+    array of int (n,)
+        Row at which the ways of each flight end.
     """
     d, wall = searched.groups.d, before[:, WALL]
     phase = [kernel.turned(place) for place in before[:, PHASE].tolist()]
     begun = np.column_stack([-wall, -r * before[:, VELOCITY], phase])
     walls = np.where(wall[:, None] > 0, (-d, 0.0), (0.0, d))
     follow = (compiled_ways() if compiled else None) or kernel.follow_ways
-    ends, room = np.zeros(len(before), dtype=np.intp), WAYS_EACH * (len(before) + 1)
+    ends, room = np.zeros(len(before), dtype=np.intp), WAYS_PER_FLIGHT * (len(before) + 1)
     while True:
         passed = np.empty((room, len(Way._fields)))
         with np.errstate(all="ignore"):  # as in the search for impacts
@@ -182,8 +222,8 @@ def _after_each(searched: _Searched, before: Array, r: Array, compiled: bool) ->
         room *= 4
 
 
-def _onward(groups: Groups[float], passed: Array, ends: NDArray[np.intp]) -> Array:
-    """How position, velocity and phase at the end of each way move with those at its beginning, (n, 3, 3)."""
+def _way_derivatives(groups: Groups[float], passed: Array, ends: NDArray[np.intp]) -> Array:
+    """Derivatives of position, velocity and phase at the end of each way by those at its beginning, (m, 3, 3)."""
     sign, time, phase, _, end = passed.T
     strikes = np.zeros(len(passed), dtype=bool)
     strikes[ends - 1] = True
@@ -194,11 +234,11 @@ def _onward(groups: Groups[float], passed: Array, ends: NDArray[np.intp]) -> Arr
     free[:, 0, 1] = time
     free[:, 0, 2] = (now.impulse - begun.impulse) / pi**2 - begun.force * time / pi
     free[:, 1, 2] = (now.force - begun.force) / pi
-    # The end comes at another time: on a wall where Z does, else where Z' is zero.
+    # Saltation: a way ends at another time for a neighbour, on a wall by its Z, at a stop by its Z'.
     pull = groups.pull(now.force, sign)
     ending = np.where(strikes[:, None], free[:, 0], free[:, 1])
     later = -ending / np.where(strikes, end, pull)[:, None]
     moved = free + np.stack([end, pull, np.full_like(end, pi)], axis=-1)[:, :, None] * later[:, None, :]
-    # Let go at a phase of the force alone, at rest: only the place is kept.
+    # A held ball is let go at a phase of the force alone, at rest: only the place is kept.
     moved[sign == 0] = np.diag([1.0, 0.0, 0.0])
     return np.asarray(moved)

@@ -1,4 +1,4 @@
-"""One simulated motion in full: its path, and the portrait that figures 3 and 6 show.
+"""Paths of simulated motions between their impacts, and the portraits of motions that are drawn from them.
 
 Turns d, gbar, r and impacts into paths. It shares the closed-form flight and the impact law with the
 analytic solution and nothing else, so that where both agree the agreement is evidence.
@@ -41,12 +41,12 @@ from vireport.simulation.stops import path_between
 
 Array = NDArray[np.float64]
 
-# Periods of a periodic motion that a portrait shows; impacts of another one, and how many of them it leaves out before.
-PERIODS_SHOWN, IMPACTS_SHOWN, LEFT_OUT = 2, 12, 2000
+# Periods of a periodic motion in a portrait; impacts of one that is not periodic, and of the transient left out before.
+PORTRAIT_PERIODS, PORTRAIT_IMPACTS, LEFT_OUT = 2, 12, 2000
 
 
 def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Array]:
-    """Time, position and velocity from impact to impact, from (2.11) and (2.12), to draw them.
+    """Sample time, position and velocity of a ball between its impacts, by (2.11) and (2.12).
 
     Parameters
     ----------
@@ -66,6 +66,7 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
     clock = 0.0
     pieces = [(np.zeros(0),) * 3]
     for before, after in pairwise(rows):
+        # While it settles and rides, the ball is drawn as lying still; it flies from its release on.
         held = before[SETTLING] + before[RIDING]
         speed = 0.0 if held else groups.after(before[WALL], before[VELOCITY])
         clock, phase = clock + held, before[PHASE] + pi * held
@@ -84,16 +85,16 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
 
 
 class Portrait(Struct, frozen=True, eq=False):
-    """A motion with its path over time, to be drawn.
+    """A simulated motion with its path over time.
 
     Attributes
     ----------
     label : str
-        What it is simulated at, as the caller calls it.
+        Title of the drawing.
     d, gbar, r : float
         The groups, and the restitution; `Restitutions` where the membranes are not alike.
     attractor : Attractor
-        What the motion is.
+        The motion.
     phase : float
         Forcing phase at time zero, at an impact on the bottom where there is one [rad].
     time, position, velocity : ndarray
@@ -117,7 +118,7 @@ class Portrait(Struct, frozen=True, eq=False):
 
 
 def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") -> Portrait:
-    """Follow the periodic motion that the first of some starts leads to which leads to one, or else any motion.
+    """Draw the first periodic motion without rest that one of some starts leads to, or else that of the first start.
 
     Parameters
     ----------
@@ -128,14 +129,14 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") ->
     label : str
         See `Portrait`.
     """
-    model, reached = check_model(groups)[0], attractors(groups, starts)[0]
-    attractor = next((end for end in reached if end.cycle is not None and not end.cycle.sticks), reached[0])
+    model, ends = check_model(groups)[0], attractors(groups, starts)[0]
+    attractor = next((end for end in ends if end.cycle is not None and not end.cycle.sticks), ends[0])
     if attractor.cycle is not None and not attractor.cycle.sticks:
         cycle, first = attractor.cycle, int(np.argmax(attractor.cycle.wall == BOTTOM))
         start = Impact(int(cycle.wall[first]), float(cycle.velocity[first]), float(cycle.phase[first]))
-        begin, count = check_start(start, groups.d), PERIODS_SHOWN * len(cycle.wall)
+        begin, count = check_start(start, groups.d), PORTRAIT_PERIODS * len(cycle.wall)
     else:
-        begin, count = check_start(starts[0], groups.d), IMPACTS_SHOWN
+        begin, count = check_start(starts[0], groups.d), PORTRAIT_IMPACTS
         settled, _ = follow_one(model, begin, LEFT_OUT)
         if len(settled) > 1:
             begin = as_start(settled[-1])

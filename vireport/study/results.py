@@ -388,11 +388,11 @@ def shaker_finding_data(found: ShakerFinding) -> dict[str, Any]:
     data = {"kind": found.doubt.value, "channel": found.channel, "value": found.value}
     match found.doubt.value:
         case "lone_sample":
-            return data | {"at_s": found.at_s, "recorded_m_s2": found.recorded, "others_within_m_s2": found.given}
+            return data | {"at_s": found.at_s, "recorded_m_s2": found.recorded, "others_within_m_s2": found.stated}
         case "clipped":
             return data
         case _:
-            return data | {"recorded_m_s2": found.recorded, "scenario_m_s2": found.given}
+            return data | {"recorded_m_s2": found.recorded, "scenario_m_s2": found.stated}
 
 
 def disturbances_data(

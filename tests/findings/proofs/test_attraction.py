@@ -37,7 +37,7 @@ from vireport.findings.proofs.flights import (
     simulated_past,
 )
 from vireport.findings.proofs.following import Goal, come_in, patience
-from vireport.findings.proofs.itineraries import RETURNS, itineraries
+from vireport.findings.proofs.itineraries import RETURNS, follow_cells
 from vireport.findings.proofs.proved import Arrival, Proved, ProvedRegion, prove_again, rounded_down
 from vireport.findings.proofs.release import PRECISIONS, reaches
 from vireport.findings.proofs.section import (
@@ -659,7 +659,7 @@ def test_every_state_of_a_cell_takes_one_of_its_itineraries(force: float, length
     groups, _, trap = stable(force, length, beta)
     random, count, size = np.random.default_rng(11), 1000, 0.01
     low = np.stack([2 * random.random(count), 1.8 * random.random(count)])
-    known, _, _ = itineraries(Goal(groups, trap), Cells(low, low + size, np.zeros(count, np.intp)))
+    known, _, _ = follow_cells(Goal(groups, trap), Cells(low, low + size, np.zeros(count, np.intp)))
     assert (known.cell[:count] == np.arange(count)).all()
     assert (np.isfinite(known.box).all(axis=2) == (np.arange(RETURNS) < known.returns[:, None])).all()
     assert len(known) > count + 20

@@ -30,7 +30,7 @@ from vireport.physics.device import Device
 from vireport.physics.energy import Membrane, deflection, energy_gained, generated_voltage
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
-from vireport.simulation.events import Impact, check_model, check_start, follow_one
+from vireport.simulation.events import Impact, check_model, check_start, follow_recorded
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
 from vireport.text.foreign import visible
 
@@ -205,7 +205,7 @@ def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> tup
     phase = float(pi * rate * (recording.start_s - shaker.maximum_s) % TURN)
     begin, most = check_start(Impact(1, 0.0, phase), groups.d), MOST_IMPACTS * ceil(cubics.duration / 2)
     model = check_model(groups)[0]
-    rows, summary = follow_one(model, begin, most, compiled=len(samples) > COMPILED, cubics=cubics)
+    rows, summary = follow_recorded(model, begin, cubics, most, compiled=len(samples) > COMPILED)
     if summary[0] >= most:
         raise NumericalError(f"{KEY}: more than {MOST_IMPACTS} impacts in each period of the force: they are not told")
     held = rows[:, SETTLING] + rows[:, RIDING]

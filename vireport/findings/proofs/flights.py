@@ -40,7 +40,7 @@ THINNEST = 1e-13
 PARTS, HALVINGS = 6, 5
 """Parts of a flight, and how often one is halved before it is left open whether the ball meets a membrane there."""
 
-SLOW, LONGEST_TOUCH, BESIDE = 0.3, 0.3, 1e-9
+SLOW, LONGEST_TOUCH, MISSED_BY = 0.3, 0.3, 1e-9
 """Velocity [y_c] of an impact that others of a set may miss, time [t_c] until it would turn, and by how much of the
 half length it is then thought to have missed."""
 
@@ -328,8 +328,8 @@ def _touches(way: _Flights, far: Mask, duration: Affine) -> _Touches:
     one end, the sign of the velocity settles it, or that of the acceleration: what is convex is above its tangent.
     """
     count, parts, since = len(far), 1, way.sets.since
-    near, far_one, beyond = np.zeros((3, count), dtype=bool)
-    touch = _Touches(near, far_one, beyond, np.full(count, np.inf), np.full(count, -np.inf))
+    near, far, beyond = np.zeros((3, count), dtype=bool)
+    touch = _Touches(near, far, beyond, np.full(count, np.inf), np.full(count, -np.inf))
     # From a membrane the ball leaves with no velocity at least; a shock may have any.
     leaves = (since.reach == 0) | (way.speed(since, way.waves(since)[0]).lower > 0)
     row, place = np.arange(count), np.zeros(count, dtype=np.intp)
@@ -380,7 +380,7 @@ def simulated_past(groups: Groups[float], sets: Sets, guesses: Floats, compiled:
     turn = np.abs(velocity) / np.abs(groups.pull(np.cos(phase)))
     slow = np.flatnonzero((wall != 0) & (np.abs(velocity) < SLOW) & (turn < LONGEST_TOUCH))
     rows = np.zeros((len(slow), 4))
-    rows[:, 1] = wall[slow] * groups.d / 2 * (1 - BESIDE)
+    rows[:, 1] = wall[slow] * groups.d / 2 * (1 - MISSED_BY)
     rows[:, 3] = np.mod(phase[slow] + pi * turn[slow], TURN) % TURN
     past = guesses.copy()
     past[slow] = simulated(groups, rows, compiled)

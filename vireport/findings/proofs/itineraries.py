@@ -112,7 +112,7 @@ class _Fronts(Struct, frozen=True, eq=False):
 
 
 @np.errstate(all="ignore")  # what is not proved may not be finite
-def itineraries(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
+def follow_cells(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
     """Follow cells of impacts on the bottom membrane until they arrive, or are given up.
 
     What is given up stays as it is, and proves nothing: an enclosure that is too large or not near the region after
@@ -126,7 +126,7 @@ def itineraries(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
 
     Returns
     -------
-    known : Itineraries
+    itineraries : Itineraries
         First that of each cell in their order, then those that part from them at touches.
     halved : ndarray of int (cells,)
         The coordinate along which each cell should be halved, if it has to be.
@@ -135,46 +135,46 @@ def itineraries(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
     """
     count, flights = len(cells), 0
     time, velocity = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
-    known, halved = Itineraries.begun(count), longer(time, velocity)
+    itineraries, halved = Itineraries.begun(count), longer(time, velocity)
     struck = ImpactSets(np.ones(count, dtype=bool), np.full(count, BOTTOM), time, velocity, time)
     fronts = _Fronts(np.arange(count), struck)
     for _ in range(patience(goal.trap)):
-        known, departing, sets = _departing(goal, known, fronts)
+        itineraries, departing, sets = _departing(goal, itineraries, fronts)
         if not departing.size:
             break
         flights += len(departing)
-        known, fronts = _landed(goal, known, departing, sets)
-        halved[known.cell[fronts.itinerary]] = longer(fronts.impacts.time, fronts.impacts.velocity)
+        itineraries, fronts = _landed(goal, itineraries, departing, sets)
+        halved[itineraries.cell[fronts.itinerary]] = longer(fronts.impacts.time, fronts.impacts.velocity)
         fronts = fronts[is_small(fronts.impacts)]
-    return known, halved, flights
+    return itineraries, halved, flights
 
 
-def _departing(goal: Goal, known: Itineraries, fronts: _Fronts) -> tuple[Itineraries, Ints, Sets]:
+def _departing(goal: Goal, itineraries: Itineraries, fronts: _Fronts) -> tuple[Itineraries, Ints, Sets]:
     """Itineraries with the arrivals among their fronts, those of them that go on, and the flights that begin there."""
     trap, exactly, impacts = goal.trap, enclosed(goal.groups), fronts.impacts
     inside = trap.holds(impacts.wall, impacts.time, impacts.velocity)
-    known = known.with_arrivals(fronts.itinerary[inside])
+    itineraries = itineraries.with_arrivals(fronts.itinerary[inside])
     deviation = trap.size(*trap.deviations(impacts.time, impacts.velocity))
     near = (impacts.wall != BOTTOM) | (deviation < NEAR * trap.radius)
-    goes_on = np.flatnonzero(~inside & ((known.returns[fronts.itinerary] < RETURNS) | near))
+    goes_on = np.flatnonzero(~inside & ((itineraries.returns[fronts.itinerary] < RETURNS) | near))
     itinerary, sets = fronts.itinerary[goes_on], after_impact(exactly, impacts, goes_on)
-    # A ball that rests is released in one state, whatever it came from: its future is known for each membrane.
+    # A ball that rests is released in one state, whatever it came from: its future is known, by membrane.
     resting = settles(exactly, sets)
-    known = known.with_arrivals(itinerary[resting & np.isin(sets.wall, list(goal.rests))])
+    itineraries = itineraries.with_arrivals(itinerary[resting & np.isin(sets.wall, list(goal.rests))])
     moving = np.flatnonzero(~resting)
-    return known, itinerary[moving], sets[moving]
+    return itineraries, itinerary[moving], sets[moving]
 
 
-def _landed(goal: Goal, known: Itineraries, departing: Ints, sets: Sets) -> tuple[Itineraries, _Fronts]:
+def _landed(goal: Goal, itineraries: Itineraries, departing: Ints, sets: Sets) -> tuple[Itineraries, _Fronts]:
     """Itineraries and their fronts after one flight each; those of sets that are not proved to land end."""
     impacts, parent, _ = flown(goal, sets)
     itinerary = departing[parent]
     # A set lands twice if some of its states touch a membrane that others miss: the latter part from the former.
     _, first = np.unique(parent, return_index=True)
     second = np.setdiff1d(np.arange(len(parent)), first)
-    parting = known[itinerary[second]]
-    itinerary[second] = len(known) + np.arange(len(second))
-    known = known + parting
-    returning = (impacts.wall == BOTTOM) & (known.returns[itinerary] < RETURNS)
-    known = known.with_returns(itinerary[returning], impacts[returning])
-    return known, _Fronts(itinerary, impacts)
+    parting = itineraries[itinerary[second]]
+    itinerary[second] = len(itineraries) + np.arange(len(second))
+    itineraries = itineraries + parting
+    returning = (impacts.wall == BOTTOM) & (itineraries.returns[itinerary] < RETURNS)
+    itineraries = itineraries.with_returns(itinerary[returning], impacts[returning])
+    return itineraries, _Fronts(itinerary, impacts)

@@ -163,7 +163,7 @@ def proved_of(
     motions, companions = stable_and_unstable(design, device)
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)
-    say("proving that the motion is reached from rest")
+    say("proving that the motion is from_rest_proved from rest")
     arrival = _arrival(device, groups, disturbances, [trap for trap in traps if trap is not None], compiled)
     say("proving which share of all impacts comes to the motion")
     sections = _sections(device, groups, [*traps, arrival.trap], compiled)
@@ -324,7 +324,7 @@ def prove_again(
         return proved_trap(groups, region.motion, region.metric, region.radius, compiled=False)
 
     start = None if from_rest is None else again(from_rest)
-    reached = start is not None and _release(device, [start]).proved
+    from_rest_proved = start is not None and _release(device, [start]).proved
     bounds = []
     for region, largest, halved in shocks:
         trap = again(region)
@@ -339,4 +339,4 @@ def prove_again(
         shares.append(section_again(goal, claimed.fastest, claimed.halved, claimed.moments))
     least = min(bounds, default=0.0)
     survives = rounded_down(least * unit) if least > 0 else 0.0
-    return Rechecked(reached, survives, tuple(x for x, _ in shares), tuple(x for _, x in shares))
+    return Rechecked(from_rest_proved, survives, tuple(x for x, _ in shares), tuple(x for _, x in shares))

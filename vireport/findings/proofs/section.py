@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vireport.findings.proofs.cells import OPEN, PROVED, Cells, Halving, generations, joined_cells
 from vireport.findings.proofs.following import Goal
-from vireport.findings.proofs.itineraries import RETURNS, Itineraries, itineraries
+from vireport.findings.proofs.itineraries import RETURNS, Itineraries, follow_cells
 from vireport.findings.proofs.trap import Trap
 
 Floats = NDArray[np.float64]
@@ -139,7 +139,7 @@ class _Covered:
         return np.asarray(inside & (covered == (b - a) * (d - c)))
 
 
-def _spread(cells: Cells, rows: Mask, known: Itineraries, fastest: float, rounds: int | None = None) -> Mask:
+def _spread(cells: Cells, rows: Mask, itineraries: Itineraries, fastest: float, rounds: int | None = None) -> Mask:
     """Which of some cells are proved: those with itineraries that all arrive, or return to cells that are proved.
 
     Parameters
@@ -154,30 +154,30 @@ def _spread(cells: Cells, rows: Mask, known: Itineraries, fastest: float, rounds
     rounds : int, optional
         How often it is tried; until nothing more is proved by default.
     """
-    known = known[rows[known.cell]]
+    itineraries = itineraries[rows[itineraries.cell]]
     proved, before = np.zeros(len(cells), dtype=bool), -1
-    arrives = known.arrives
+    arrives = itineraries.arrives
     for _ in range(len(cells) + 1 if rounds is None else rounds):
         proved[:] = rows
-        proved[known.cell[~arrives]] = False
+        proved[itineraries.cell[~arrives]] = False
         count = np.count_nonzero(proved)
         if count == before:
             break
         before, region = int(count), _Covered(cells[proved], fastest)
         # One box is enough: every state of the itinerary passes it, and comes to the motion from there.
-        arrives[~arrives] = np.any([region.holds(known.box[~arrives, k]) for k in range(RETURNS)], axis=0)
+        arrives[~arrives] = np.any([region.holds(itineraries.box[~arrives, k]) for k in range(RETURNS)], axis=0)
     return proved
 
 
-def _itineraries(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
+def _follow_cells(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
     """`itineraries` of any number of cells, `AT_ONCE` at a time."""
-    known, longer_sides, used = [Itineraries.begun(0)], [np.zeros(0, np.intp)], 0
+    itineraries, longer_sides, used = [Itineraries.begun(0)], [np.zeros(0, np.intp)], 0
     for begin in range(0, len(cells), AT_ONCE):
-        of_part, longest, flights = itineraries(goal, cells[begin : begin + AT_ONCE])
-        known.append(of_part.of_cells_from(begin))
+        of_part, longest, flights = follow_cells(goal, cells[begin : begin + AT_ONCE])
+        itineraries.append(of_part.of_cells_from(begin))
         longer_sides.append(longest)
         used += flights
-    return reduce(add, known), np.concatenate(longer_sides), used
+    return reduce(add, itineraries), np.concatenate(longer_sides), used
 
 
 def proved_section(goal: Goal, fastest: float) -> Section:
@@ -190,13 +190,13 @@ def proved_section(goal: Goal, fastest: float) -> Section:
         Velocity before the impact up to which the section reaches [y_c].
     """
     halving, used, first = Halving(_first_cells(fastest)), 0, 0
-    known, longer_sides = Itineraries.begun(0), np.zeros(0, np.intp)
+    itineraries, longer_sides = Itineraries.begun(0), np.zeros(0, np.intp)
     while True:
-        of_new, longest, flights = _itineraries(goal, halving.cells[first:])
-        known = known + of_new.of_cells_from(first)
+        of_new, longest, flights = _follow_cells(goal, halving.cells[first:])
+        itineraries = itineraries + of_new.of_cells_from(first)
         longer_sides, used = np.concatenate([longer_sides, longest]), used + flights
         first, last = len(halving.cells), used >= MOST_FLIGHTS
-        proved = _spread(halving.cells, halving.code < 0, known, fastest, None if last else ROUNDS)
+        proved = _spread(halving.cells, halving.code < 0, itineraries, fastest, None if last else ROUNDS)
         halving.code[proved] = PROVED
         left = np.flatnonzero(halving.code == OPEN)
         sides = (halving.cells.high - halving.cells.low)[:, left] * FINEST / [[PERIOD], [fastest]]
@@ -230,9 +230,9 @@ def _arrives(goal: Goal, cells: Cells, region: _Covered) -> Mask:
     """Which cells are proved, by arrival at the motion or by returns to the proved part of the section."""
     proved = np.ones(len(cells), dtype=bool)
     if len(cells):
-        known, _, _ = _itineraries(goal, cells)
-        arrives = known.arrives | np.any([region.holds(known.box[:, k]) for k in range(RETURNS)], axis=0)
-        proved[known.cell[~arrives]] = False
+        itineraries, _, _ = _follow_cells(goal, cells)
+        arrives = itineraries.arrives | np.any([region.holds(itineraries.box[:, k]) for k in range(RETURNS)], axis=0)
+        proved[itineraries.cell[~arrives]] = False
     return proved
 
 
@@ -266,8 +266,8 @@ def section_again(goal: Goal, fastest: float, halved: Ints, moments: Ints) -> tu
     """
     cells = joined_cells([cells[code == PROVED] for cells, code in generations(_first_cells(fastest), halved)])
     if len(cells):
-        known, _, _ = _itineraries(goal, cells)
-        cells = cells[_spread(cells, np.ones(len(cells), dtype=bool), known, fastest)]
+        itineraries, _, _ = _follow_cells(goal, cells)
+        cells = cells[_spread(cells, np.ones(len(cells), dtype=bool), itineraries, fastest)]
     region, switched_on = _Covered(cells, fastest), list[Cells]()
     for parts, code in generations(_first_moments(), moments):
         if (code > 0).any():
