@@ -1061,7 +1061,11 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         "the length. BBT generates most, up to 1.23 kV/s.",
     ),
     ("figure_device_caption", {"motion": "", "other": False}, "The sketch is not to scale across."),
-    ("figure_device_caption", {"motion": "stable node", "other": False}, "the path is that of one period (stable node)."),
+    (
+        "figure_device_caption",
+        {"motion": "stable node", "other": False},
+        "the path is that of one period (stable node).",
+    ),
     ("figure_device_caption", {"motion": "BBT", "other": True}, "that of one period (the stable motion BBT)."),
     ("figure_device_alt", {"dimensions": HELD, "motion": ""}, "between two membranes: F = 3 N, r = 0.5."),
     (

@@ -1,6 +1,8 @@
-"""From rigid membranes, which are infinitely stiff, to compliant ones: what is followed, and how.
+"""Continuation of a motion, or of an end of stable motion, from rigid membranes to compliant ones.
 
-A contact lasts in proportion to epsilon = K^(-1/(h+1)), so that everything approaches the rigid model at that rate.
+A contact lasts in proportion to epsilon = K^(-1/(h+1)), so that everything approaches the rigid model at that rate:
+epsilon is the continuation parameter, 0 where membranes are rigid. At each epsilon Newton's method solves for a fixed
+point of the return map, or for one with the multiplier of a critical point.
 """
 
 from __future__ import annotations
@@ -50,7 +52,7 @@ CLOSE = 1e-5
 """Last relative correction with the rough columns: by slopes right to a few per cent, so that a tenth of it is left."""
 
 SETTLED = 0.01
-"""Last correction with the columns that follow, over what they have corrected: the rest is their error."""
+"""Last of the corrections with more columns, over all of them: what is left is the error of the columns."""
 
 UNRESOLVED = 3e-4
 """Correction by the last columns, of the velocity relative, of the phase [rad], from which the extrapolation does not
@@ -63,19 +65,19 @@ DIFFERENCE = 1e-6
 """Relative step of the forward differences of the Jacobian, itself exact, of the return map."""
 
 FAR = 0.5
-"""Relative change of an unknown beyond which another motion was found than the one that is followed."""
+"""Relative change of an unknown beyond which a solution is another motion than the one that is followed."""
 
 SAME_TIME = 1e-6
-"""Difference of a flight time from that of the event search, over the period, up to which both found one touch."""
+"""Difference of a flight time from that of the event search, over the period, up to which both end in one touch."""
 
 ARITHMETIC = np.linalg.LinAlgError, OverflowError, ZeroDivisionError
-"""What an iteration raises that has gone astray."""
+"""Errors of an iteration that diverges."""
 
 LEADS_NOWHERE = "the iteration on the return map leads to no motion nearby"
 
 
 class Missing(StrEnum):
-    """Why there is no compliant motion or end beside the rigid one."""
+    """Why a rigid motion, or an end of stable motion, has no compliant counterpart."""
 
     LOST = "lost"
     """There is none: the ball touches a membrane on its way, or the motion ends at a fold before the design point."""
@@ -86,7 +88,7 @@ class Missing(StrEnum):
 
 
 class Absence(Struct, frozen=True):
-    """Which it is of `Missing`, and what was met."""
+    """Why there is no compliant counterpart: the kind, and the reason in words."""
 
     missing: Missing
     reason: str
@@ -97,13 +99,15 @@ class _TouchedBefore(NumericalError):
 
 
 class Rigid(Struct, frozen=True, eq=False):
-    """The motion with rigid impacts that is followed: where it is, why this one, and its numbers as in `Motions`.
+    """The motion with rigid impacts that is followed to compliant membranes.
 
     Attributes
     ----------
     parameter : Parameter
     value : float
+        Of the parameter, at which the motion is.
     chosen : str
+        Why this one, in words.
     velocity_bottom, velocity_top : float
         Z' just before the impact [y_c].
     phase_bottom, phase_top : float
@@ -131,7 +135,7 @@ class CompliantMotion(Struct, frozen=True):
     flight_down : float
         Time from leaving the top to touching the bottom [t_c].
     residual : float
-        By which the state fails to repeat.
+        Difference of the state after a period [y_c, rad].
     trace, determinant : float
         Of the linearised return map from touch to touch of the bottom.
     error : float
@@ -149,6 +153,7 @@ class CompliantMotion(Struct, frozen=True):
     @property
     def stable(self) -> bool:
         """Whether both multipliers are inside the unit circle."""
+        # Jury's criterion for the roots of z^2 - trace z + determinant.
         return abs(self.trace) < 1 + self.determinant and self.determinant < 1
 
     @property
@@ -157,8 +162,8 @@ class CompliantMotion(Struct, frozen=True):
         return max(self.bottom.duration, self.top.duration) / 2
 
 
-class Reached(Struct, frozen=True, eq=False):
-    """What is followed, with the stiffness asked for.
+class Continued(Struct, frozen=True, eq=False):
+    """A motion, or an end of stable motion, at a stiffness to which it was followed.
 
     Attributes
     ----------
@@ -173,7 +178,7 @@ class Reached(Struct, frozen=True, eq=False):
 
 
 def rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
-    """The motion that is followed, and the device that has it."""
+    """The stable rigid motion that is followed to compliant membranes, and the device that has it; None without one."""
     chosen = stable_motion(solution)
     if chosen is None:
         return None
@@ -187,13 +192,21 @@ def rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
 
 
 class Continuation(Struct, frozen=True, eq=False):
-    """Something on the return map: the motion of a device or, with a multiplier, where it has that one.
+    """A fixed point of the return map that is continued in the stiffness, or a critical point of such fixed points.
 
-    Its unknowns are velocity and phase at the bottom and, with a multiplier, the value of the input that varies.
+    The unknowns x are velocity and phase at the touch of the bottom and, of a critical point, the value of the input
+    that varies. They solve P(x) - x = 0 and, of a critical point, det(DP - multiplier I) = 0.
 
     Attributes
     ----------
-    start : ndarray
+    device : Device
+    membrane : Membrane
+        Of stiffness K.
+    varied : ScalarInput
+        The input that varies, of a critical point.
+    multiplier : float or None
+        Of the critical point: -1 of a period doubling, 1 of a fold; None of a motion.
+    start : ndarray (2,) or (3,)
         The unknowns with rigid membranes.
     time_up : float
         Of the rigid motion from the bottom to the top [t_c].
@@ -207,21 +220,44 @@ class Continuation(Struct, frozen=True, eq=False):
     time_up: float
 
     def near(self, factor: float, guess: Floats) -> tuple[Floats, Floats]:
-        """Where it is at K times a factor to about `CLOSE`, and the slopes of what vanishes there, from a guess."""
+        """Solve at K times a factor, to a relative error of about `CLOSE`, from a guess.
+
+        Returns
+        -------
+        x : ndarray
+            The unknowns.
+        slopes : ndarray
+            Derivatives of the residuals by them.
+
+        Raises
+        ------
+        NumericalError
+            If the iteration does not converge nearby.
+        """
         try:
             return self._near(factor, guess, COARSE)
         except NumericalError:
             # With contacts that are nearly as long as the flights the coarse columns may lead astray.
             return self._near(factor, guess, ROUGH)
 
-    def reached(self, factor: float, near: Floats, slopes: Floats, stages: Sequence[int]) -> Reached:
-        """Correct what is near with ever more columns, and look whether the ball goes that way.
+    def corrected(self, factor: float, near: Floats, slopes: Floats, stages: Sequence[int]) -> Continued:
+        """Correct a solution with ever more columns of the extrapolation, and check that the ball flies as it says.
+
+        Parameters
+        ----------
+        factor : float
+            Stiffness over K.
+        near, slopes : ndarray
+            As from `near`.
+        stages : sequence of int
+            Columns, ascending.
 
         Raises
         ------
         NumericalError
             If the ball touches a membrane in between, or its contacts cannot be resolved.
         """
+        # Relative errors, but of an unknown near 0, such as a phase, over a tenth of its unit.
         x, scale, before = near, np.maximum(np.abs(near), 0.1), near
         for columns in stages:
             before, way = x, np.full(len(x), inf)
@@ -232,6 +268,7 @@ class Continuation(Struct, frozen=True, eq=False):
                 x = x + way
                 if np.max(np.abs(way / scale)) <= SETTLED * np.max(np.abs((x - before) / scale)):
                     break
+        # What the last columns have changed bounds what more would; the last step bounds what more steps would.
         errors = np.abs(x - before) + np.abs(way)
         if not max(errors[0] / abs(x[0]), errors[1]) < UNRESOLVED:
             raise NumericalError("its contacts are too slow and soft to be followed")
@@ -239,9 +276,15 @@ class Continuation(Struct, frozen=True, eq=False):
         trace, determinant = float(np.trace(trip.jacobian)), float(np.linalg.det(trip.jacobian))
         residual, error = float(np.max(np.abs(values[:2]))), float(np.max(errors[:2]))
         motion = CompliantMotion(trip.bottom, trip.top, trip.flights[1], residual, trace, determinant, error)
-        return Reached(x, errors, motion)
+        return Continued(x, errors, motion)
 
     def _look_between(self, trip: ReturnTrip, model: CompliantModel) -> None:
+        """Refuse a solution whose ball touches a membrane in flight before the touch that ends the flight.
+
+        Raises
+        ------
+        NumericalError
+        """
         # The map goes from membrane to membrane by roots near those of the rigid motion; that the ball touches none
         # before is for the event search of the simulation to say.
         for wall, contact, expected in zip((BOTTOM, TOP), (trip.bottom, trip.top), trip.flights, strict=True):
@@ -250,7 +293,8 @@ class Continuation(Struct, frozen=True, eq=False):
                 raise _TouchedBefore("the ball falls back on the same membrane: not a motion with one impact on each")
 
     def _returned(self, x: Floats, factor: float, columns: int) -> tuple[Floats, ReturnTrip, CompliantModel]:
-        """What vanishes where it is, with the trip and the model there."""
+        """Residuals at some unknowns, which vanish at the solution, with the trip and the model there."""
+        # Of a critical point the input is an unknown, and the groups of the device vary with it.
         device = self.device if self.multiplier is None else self.device.with_values({self.varied: float(x[2])})
         model = compliant_model(device, Parameter.LENGTH, device.length_m, self.membrane, factor)
         flights = self.time_up, model.period - self.time_up
@@ -264,6 +308,7 @@ class Continuation(Struct, frozen=True, eq=False):
         x, scale, columns, slopes = guess, np.maximum(np.abs(guess), 0.1), coarse, np.empty(0)
         way = np.full(len(guess), inf)
         for _ in range(MOST_STEPS):
+            # Far from the root corrections need not be accurate: coarse columns do.
             before, columns = columns, coarse if np.max(np.abs(way / scale)) > NEAR else ROUGH
             try:
                 values, trip, _ = self._returned(x, factor, columns)
@@ -283,39 +328,41 @@ class Continuation(Struct, frozen=True, eq=False):
         raise NumericalError(LEADS_NOWHERE)
 
     def _slopes(self, slopes: Floats, values: Floats, trip: ReturnTrip, way: Floats) -> Floats:
-        """Derivatives of what vanishes: exact for a motion; of an end, those before the step that led here, updated."""
+        """Derivatives of the residuals: exact of a motion; of a critical point those before the last step, updated."""
         if self.multiplier is None:
             return trip.jacobian - np.eye(2)
         if not np.all(np.isfinite(way)):
-            return slopes
+            return slopes  # other columns than before: the change of the residuals is not that of a step
         # Broyden's update: what the last step has left is what the slopes did not know. With slopes taken anew at each
         # step an end takes three times as long.
         weighed = way / np.maximum(np.abs(self.start), 0.1) ** 2
         return np.asarray(slopes + np.outer(values, weighed) / (way @ weighed))
 
     def _differences(self, x: Floats, values: Floats, factor: float, columns: int) -> Floats:
-        """Derivatives of what vanishes, by forward differences."""
+        """Derivatives of the residuals by the unknowns, by forward differences."""
         steps = np.diag(DIFFERENCE * np.maximum(np.abs(x), 0.1))
         stepped = (self._returned(x + step, factor, columns)[0] - values for step in steps)
         return np.stack([change / step.sum() for change, step in zip(stepped, steps, strict=True)], axis=1)
 
 
 def motion_to_follow(device: Device, membrane: Membrane, rigid: Rigid) -> Continuation:
-    """The stable motion of a device."""
+    """The continuation of a stable motion of a device with rigid membranes."""
     start = np.array([rigid.velocity_bottom, rigid.phase_bottom])
     return Continuation(device, membrane, rigid.parameter, None, start, rigid.time_up)
 
 
 def end_to_follow(device: Device, membrane: Membrane, varied: ScalarInput, point: Point) -> Continuation:
-    """A critical point of one of the kinds of `MULTIPLIER`, where an input varies."""
+    """The continuation of a critical point, of one of the kinds of `MULTIPLIER`, where an input varies."""
     closed = point.closed
     start = np.array([closed.velocity_bottom, closed.phi_bottom, point.sweep_value])
     time_up = 2 * device.period_ratio * (0.5 + closed.u)
     return Continuation(device, membrane, varied, MULTIPLIER[point.event], start, time_up)
 
 
-def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[int]) -> list[Reached | Absence]:
-    """Follow something from rigid membranes down to K times each factor, extrapolating in epsilon.
+def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[int]) -> list[Continued | Absence]:
+    """Follow a motion or a critical point from rigid membranes down to K times each factor, by steps in epsilon.
+
+    Each step predicts by a straight line in epsilon and corrects by Newton's method; one that fails is halved.
 
     Parameters
     ----------
@@ -324,10 +371,15 @@ def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[i
         Ascending.
     stages : sequence of int
         Columns of the last corrections.
+
+    Returns
+    -------
+    list of Continued or Absence
+        For each factor; below one at which it is lost all are lost.
     """
     exponent = followed.membrane.exponent
     (e0, x0), (e1, x1) = (0.0, followed.start), (0.0, followed.start)
-    rungs: list[Reached | Absence] = []
+    rungs: list[Continued | Absence] = []
     lost: Absence | None = None
     for factor in reversed(factors):
         # epsilon = K^(-1/(h+1)) goes as the duration of a contact, in which the shift from the rigid motion is of
@@ -336,6 +388,7 @@ def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[i
         step, slopes = goal - e1, np.empty(0)
         while lost is None and e1 != goal:
             aim = min(e1 + step, goal)
+            # The first step has one point only, the rigid motion.
             slope = (x1 - x0) / (e1 - e0) if e1 > e0 else np.zeros_like(x1)
             at = factor if aim == goal else aim ** -(exponent + 1)
             try:
@@ -349,15 +402,16 @@ def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[i
                     lost = Absence(Missing.NOT_FOUND, f"followed to about K times {shown(stiffness, ROUGHLY)}: {error}")
                 continue
             (e0, x0), (e1, x1) = (e1, x1), (aim, x)
-        rungs.append(lost if lost is not None else _reached(followed, factor, x1, slopes, stages))
+        rungs.append(lost if lost is not None else _corrected(followed, factor, x1, slopes, stages))
     return rungs[::-1]
 
 
-def _reached(
+def _corrected(
     followed: Continuation, factor: float, near: Floats, slopes: Floats, stages: Sequence[int]
-) -> Reached | Absence:
+) -> Continued | Absence:
+    """The corrected solution at K times a factor, or why there is none."""
     try:
-        return followed.reached(factor, near, slopes, stages)
+        return followed.corrected(factor, near, slopes, stages)
     except NumericalError as error:
         return Absence(Missing.LOST if isinstance(error, _TouchedBefore) else Missing.NOT_FOUND, str(error))
     except ARITHMETIC:

@@ -35,7 +35,7 @@ class CompliantModel(Struct, frozen=True, eq=False):
     d, gbar : float
         As in `Device.groups`.
     membrane : Membrane
-        Its stiffness is k, so that with mass 1 `contacts` works in dimensionless numbers; the rest is as it was.
+        With the dimensionless stiffness k and mass 1, so that `contacts` works in dimensionless numbers.
     restitution : float or Restitutions
         r of a contact alone, on both membranes or on each.
     period : float
@@ -56,18 +56,30 @@ class CompliantModel(Struct, frozen=True, eq=False):
     harmonics: tuple[Harmonic, ...] = ()
 
     def restitution_at(self, wall: int) -> float:
-        """R of a contact alone with a membrane."""
+        """Restitution coefficient of a contact with a membrane without other forces."""
         return float(Groups(self.d, self.gbar, self.restitution).restitution_at(wall))
 
 
 def compliant_model(
     device: Device, parameter: Parameter, value: float, membrane: Membrane, factor: float = 1.0
 ) -> CompliantModel:
-    """The dimensionless model of a device where `parameter` has `value`, its membranes' K multiplied by `factor`."""
+    """Make a device with compliant membranes dimensionless.
+
+    Parameters
+    ----------
+    device : Device
+    parameter : Parameter
+        That has another value than in the device.
+    value : float
+        In the parameter's unit.
+    membrane : Membrane
+    factor : float
+        Stiffness over that of the membrane.
+    """
     at = device.at(parameter, float(value))
     d, gbar, restitution, harmonics, _ = device.groups(parameter, float(value)).as_floats()
     speed = float(device.velocity_unit(parameter, float(value)))
-    length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent
+    length, h = speed / (2 * at[Parameter.FREQUENCY]), membrane.exponent  # x_c = y_c t_c, with t_c = 1/(2 f)
     # Force K delta^h over the mass m of the relative motion, in units of F/M: x_c^h K M/(m F).
     per_ball = length**h * device.capsule_mass_kg / (membrane.reduced_mass_kg * at[Parameter.AMPLITUDE])
     stiffness = factor * membrane.stiffness * per_ball
@@ -76,20 +88,20 @@ def compliant_model(
 
 
 class ContactUnits(Struct, frozen=True, eq=False):
-    """Units of one contact, in which all stiffnesses look alike, and its numbers in them.
+    """Units of time and depth of one contact, in which contacts of all stiffnesses look alike.
 
     Attributes
     ----------
     time, depth : float
         Duration [t_c] and largest deflection [x_c] of the contact without other forces.
     spring : float
-        Force of the membrane at a depth of 1.
+        Force of the membrane at a depth of 1, in these units.
     damping : float
-        lambda.
+        lambda in these units.
     pull : float
-        Z'' = 1, towards the membrane.
+        An acceleration Z'' = 1 in these units, positive towards the membrane.
     speed : float
-        Towards the membrane, at the touch.
+        At the touch, in these units, towards the membrane.
     """
 
     time: float
@@ -101,7 +113,8 @@ class ContactUnits(Struct, frozen=True, eq=False):
 
 
 def contact_units(model: CompliantModel, wall: int, velocity: float) -> ContactUnits:
-    """The units of a contact at a wall that is struck with a velocity Z'."""
+    """Units of a contact with a membrane that is struck with a velocity Z' [y_c]."""
+    # The contact without other forces: what gravity and the forcing do meanwhile is a correction to it.
     alone = contacts(np.array(velocity), model.membrane, model.restitution_at(wall))
     time, depth = float(alone.duration), float(alone.deflection)
     # By logarithms: the depth to the power h - 1 may vanish where its product with K does not.
@@ -137,7 +150,7 @@ def free_flight(model: CompliantModel, wall: int, leaving: float, phase: float) 
         If no membrane is touched within two periods of the motion.
     """
     start = float(wall), 0.0, -leaving, phase % (2 * pi)
-    # With restitution 1 the search lets the ball leave with just the velocity it has been given.
+    # With restitution 1 the ball leaves an impact in the search with just the velocity of the departure.
     rows, _ = follow_one(check_model(Groups(model.d, model.gbar, 1.0, model.harmonics))[0], start, 1, compiled=False)
     if len(rows) < 2 or rows[1, FLIGHT] > 2 * model.period:
         raise NumericalError("no membrane is touched within two periods")

@@ -1,15 +1,15 @@
-"""What the membranes' own stiffness makes of a design: its motion, and where that ends, beside the rigid answers.
+"""The stable motion of a design with the stiffness of its membranes, and the ends of that motion.
 
-The comparison of `compliance` follows the motion over many stiffnesses and tries solvers on it, in seconds. Here only
-the scenario's own stiffness counts, and the return map is that of `return_map`: a few hundredths of a second, so that
-a report of a device with long contacts always has it.
+The rigid motion is followed to the scenario's stiffness by the return map of `return_map`, in a few hundredths of a
+second, so that a report of a device with long contacts always has the answer. The comparison of `compliance` follows
+it over many stiffnesses and tries solvers on it, in seconds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from math import copysign
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec import Struct
 
@@ -38,11 +38,29 @@ LEAST_RESTITUTION = 0.1
 """Least r that is followed: the contact has ever more parts, and lasts ever longer, as it goes to 0."""
 
 TOO_LOSSY = Absence(Missing.NOT_FOLLOWED, f"restitutions below {LEAST_RESTITUTION} are not followed")
-"""Of a ball that is damped so strongly that no contact of it is integrated to the stated error."""
+"""The absence of a motion whose ball is damped so strongly that its contacts are not integrated to the stated error."""
+
+
+class RigidEnd(NamedTuple):
+    """An end of stable motion with rigid membranes, to be followed to compliant ones.
+
+    Attributes
+    ----------
+    parameter : DesignInput or Parameter
+        The input that varies.
+    point : Point
+        The critical point.
+    swept : bool
+        Whether it ends a stable range of the sweep.
+    """
+
+    parameter: ScalarInput
+    point: Point
+    swept: bool
 
 
 class StabilityEnd(Struct, frozen=True, eq=False):
-    """An end of stable motion with rigid membranes and with their own stiffness.
+    """An end of stable motion with rigid membranes and its counterpart with compliant ones.
 
     Attributes
     ----------
@@ -79,7 +97,7 @@ class StabilityEnd(Struct, frozen=True, eq=False):
 
     @property
     def moved(self) -> float:
-        """Distance between the two; 0 where there is but one."""
+        """Distance in the input between the rigid and the compliant end; 0 where there is no compliant one."""
         return 0.0 if self.compliant is None else abs(self.compliant - self.rigid)
 
     @property
@@ -94,11 +112,12 @@ class StabilityEnd(Struct, frozen=True, eq=False):
 
     def _margin(self, end: float) -> float | None:
         at = self.design_value
+        # Positive where the end is on the side of the design point on which the rigid one is.
         return None if not at else copysign(1.0, self.rigid - at) * (end - at) / abs(at)
 
 
 class OwnStiffness(Struct, frozen=True, eq=False):
-    """The motion and the ends of stable motion with the membranes' own stiffness.
+    """The stable motion and its ends with membranes of the scenario's stiffness.
 
     Attributes
     ----------
@@ -140,9 +159,14 @@ class OwnStiffness(Struct, frozen=True, eq=False):
 
 
 def own_stiffness(solution: Solution) -> OwnStiffness | None:
-    """Follow the stable motion and its ends from rigid membranes to the scenario's own.
+    """Follow the stable motion and its ends from rigid membranes to those of the scenario.
 
     None where no ball mass is given or no 1:1 motion is stable.
+
+    Raises
+    ------
+    UsageError
+        If the ball has friction or a restitution that depends on speed, which long contacts are not computed with.
     """
     solution.device.plain_ball("what long contacts change")
     membrane, chosen = solution.membrane, rigid_motion(solution)
@@ -150,53 +174,52 @@ def own_stiffness(solution: Solution) -> OwnStiffness | None:
         return None
     rigid, device = chosen
     at_design = solution.design is not None and bool(solution.design.motions.stable_mask.any())
-    ends = tuple(
-        _end(device, membrane, varied, point, at_design, swept) for varied, point, swept in _rigid_ends(solution)
-    )
+    # The ends first: where the motion is lost, a fold that has passed the design point says why.
+    ends = tuple(_end(device, membrane, end, at_design) for end in _rigid_ends(solution))
     if min(by_wall(device.restitution)) < LEAST_RESTITUTION:
         return OwnStiffness(rigid, at_design, None, TOO_LOSSY, ends)
-    (reached,) = descend(motion_to_follow(device, membrane, rigid), [1.0], REPORTED)
-    if not isinstance(reached, Absence):
-        return OwnStiffness(rigid, at_design, reached.motion, None, ends)
+    (followed,) = descend(motion_to_follow(device, membrane, rigid), [1.0], REPORTED)
+    if not isinstance(followed, Absence):
+        return OwnStiffness(rigid, at_design, followed.motion, None, ends)
     # Two motions that meet at a fold are not there beyond it.
     passed = [end for end in ends if end.point.event is Event.FOLD and (end.compliant_margin or 0.0) < 0]
     if at_design and passed:
-        reached = Absence(Missing.LOST, "it ends at a fold before the design point")
-    return OwnStiffness(rigid, at_design, None, reached, ends)
+        followed = Absence(Missing.LOST, "it ends at a fold before the design point")
+    return OwnStiffness(rigid, at_design, None, followed, ends)
 
 
-def _rigid_ends(solution: Solution) -> Iterator[tuple[ScalarInput, Point, bool]]:
+def _rigid_ends(solution: Solution) -> Iterator[RigidEnd]:
     """Ends of the sweep's stable ranges, and of the design point the nearest limit and the nearest end of stability."""
     swept = [point for part in solution.stable_ranges for _, point in part.ends if point is not None]
     for point in swept:
-        yield solution.parameter, point, True
+        yield RigidEnd(solution.parameter, point, True)
     if solution.design is not None and solution.design.motions.stable_mask.any():
         nearest = [
             margin for margins in (solution.design.limits(), solution.design.endings()) for margin in margins[:1]
         ]
+        # The nearest limit may be the nearest end of stability, and an end of the sweep's range as well: once each.
         for margin in {margin.point: margin for margin in nearest}.values():
             if not any(margin.point is point for point in swept):
-                yield margin.parameter, margin.point, False
+                yield RigidEnd(margin.parameter, margin.point, False)
 
 
-def _end(
-    device: Device, membrane: Membrane, varied: ScalarInput, point: Point, at_design: bool, swept: bool
-) -> StabilityEnd:
-    """Follow an end of stable motion from rigid membranes to the scenario's own."""
+def _end(device: Device, membrane: Membrane, end: RigidEnd, at_design: bool) -> StabilityEnd:
+    """Follow an end of stable motion from rigid membranes to those of the scenario."""
+    varied, point, swept = end
     design_value = float(device.value_of(varied)) if at_design else None
     absence = TOO_LOSSY if min(by_wall(device.restitution)) < LEAST_RESTITUTION else None
     if point.event not in MULTIPLIER:
         absence = Absence(Missing.NOT_FOLLOWED, f"a {point.event.words} is not followed")
     if absence is not None:
         return StabilityEnd(varied, point, design_value, swept, None, 0.0, absence)
-    (reached,) = descend(end_to_follow(device, membrane, varied, point), [1.0], REPORTED)
-    if isinstance(reached, Absence):
-        return StabilityEnd(varied, point, design_value, swept, None, 0.0, reached)
-    return StabilityEnd(varied, point, design_value, swept, float(reached.x[2]), float(reached.errors[2]), None)
+    (followed,) = descend(end_to_follow(device, membrane, varied, point), [1.0], REPORTED)
+    if isinstance(followed, Absence):
+        return StabilityEnd(varied, point, design_value, swept, None, 0.0, followed)
+    return StabilityEnd(varied, point, design_value, swept, float(followed.x[2]), float(followed.errors[2]), None)
 
 
 def own_stiffness_data(answer: OwnStiffness) -> dict[str, Any]:
-    """The motion and its ends with the membranes' own stiffness, as plain data for JSON."""
+    """The compliant motion and its ends as plain data, for results.json."""
     motion = answer.motion
     return {
         "parameter": answer.rigid.parameter,

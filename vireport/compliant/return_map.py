@@ -1,19 +1,20 @@
-"""The return map of the compliant motion in a few milliseconds, with exact derivatives.
+"""The return map of the motion between compliant membranes in a few milliseconds, with exact derivatives.
 
 Contacts take a few per cent of the period, and flights are known in closed form. A contact is integrated in four
 legs whose ends are known beforehand: from the touch to a depth, by the root of the depth, in which delta^h is smooth;
 to the deepest point, by the velocity; for a time; and back to the surface, by the root of the depth again. No leg needs
-a search for its end, so that the map is an analytic function of the touch. The linearised equations are integrated
-along with it by the same steps: their solution is the derivative of the numerical map, to rounding.
+a search for its end, so that the map is an analytic function of the touch.
 
-Derivatives by velocity and by phase of the touch are the real and the imaginary part of one number: every rule for them
-is linear with real coefficients, so that one line serves both.
+The linearised (variational) equations are integrated by the same steps: their solution is the derivative of the
+numerical map, to rounding. The derivative of a quantity x by the phase of the touch is the imaginary part of the
+complex number `d_x`, that by the velocity its real part. Sum and product rules are linear in `d_x` with real
+coefficients, so that one line of code differentiates by both.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 from math import ceil, cos, pi, prod, sin
 
 import numpy as np
@@ -54,14 +55,10 @@ MOST_SWITCHES = 4
 """Times that the force of the membrane may end or begin again in a part of a leg; once is usual."""
 
 State = tuple[float, float, complex, complex]
-"""Two unknowns of a leg, and the derivatives of either."""
+"""Two unknowns a and b of a leg, and their derivatives d_a and d_b by the touch."""
 
 Rates = Callable[[float, float, float, complex, complex], State]
-"""Derivatives of a state by the variable of a leg, as a function of that variable and of the state."""
-
-PushedRates = Callable[[bool, float, float, float, complex, complex], State]
-"""The same of a leg on which the ball moves out, with and without the force of the membrane."""
-
+"""Derivatives of a state by the variable w of a leg, as a function of w and of the state."""
 
 Acceleration = Callable[..., tuple[float, float, float, float]]
 """(phase, depth, velocity, whether the membrane pushes) -> the acceleration, and its derivatives by these numbers."""
@@ -148,40 +145,44 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     if not wall * velocity > 0:
         raise NumericalError("the ball must strike a membrane with a velocity towards it")
     units = contact_units(model, wall, velocity)
-    pulled, turning = _acceleration(model, units), pi * units.time
-    # The units, though chosen by the velocity, are constants to the derivatives; the damping, as 1/velocity, is not:
-    # `d_v - v / speed` is the velocity's derivative as the damping force feels it.
+    acceleration, turning = _acceleration(model, units), pi * units.time
+    # First leg: from the touch, where d_phase = i and d_v = 1, to the depth `LOADED`. The units, though chosen by the
+    # velocity, are constants to the derivatives; the damping, as 1/velocity, is not: `d_v - v / speed` is the
+    # velocity's derivative as the damping force feels it.
     touch = phase, units.speed, 1j, 1 + 0j
-    loaded, fast, d_loaded, d_fast = _extrapolated(_to_depth(pulled, units), 0.0, 1.0, touch, columns)
-    stopping = _to_rest(pulled, units, fast, d_fast)
+    loaded, fast, d_loaded, d_fast = _extrapolated(_to_depth(acceleration, units), 0.0, 1.0, touch, columns)
+    # Second leg: to the deepest point. The depth that it begins at is the same for all touches: its derivative is 0.
+    stopping = _to_rest(acceleration, units, fast, d_fast)
     stopped, deepest, d_stopped, d_deepest = _extrapolated(stopping, 0.0, 1.0, (loaded, LOADED, d_loaded, 0j), columns)
+    # Third leg: outwards for a time. The damping, D -> 1/r, brings the ball to a terminal velocity in ever shorter a
+    # time: unsplit, this leg is wrong by 2e-7 for r = 0.5, by 6 % for r = 0.2.
     span, start = UNLOADED * (1 - (stopped - phase) / turning), (deepest, 0.0, d_deepest, 0j)
-    # The damping, D -> 1/r, brings the ball to a velocity of its own in ever shorter a time: unsplit, this leg is wrong
-    # by 2e-7 for r = 0.5, by 6 % for r = 0.2.
     parts = ceil(1 / model.restitution_at(wall))
     while True:
-        outwards = _for_a_time(pulled, units, stopped, d_stopped, span)
-        (end, v, d_end, d_v), pushed = _integrated_outwards(outwards, units.damping, start, True, columns, parts)
+        outwards = _OutwardLeg(_for_a_time(acceleration, units, (stopped, d_stopped), span), units.damping, columns)
+        (end, v, d_end, d_v), pushed = outwards.integrated(start, True, parts)
         if end > 0:
             break
         # The other forces have pulled the ball off the membrane before: the last leg must begin on it.
         span /= 2
+    # Last leg: to the surface, which makes phase and velocity there the unknowns.
     start = stopped + span * turning, v, d_stopped, d_v
-    unloading = _to_surface(pulled, units, end, d_end)
-    (last, v, d_last, d_v), _ = _integrated_outwards(unloading, units.damping, start, pushed, columns)
+    unloading = _OutwardLeg(_to_surface(acceleration, units, end, d_end), units.damping, columns)
+    (last, v, d_last, d_v), _ = unloading.integrated(start, pushed)
+    # Back from the units of the contact, in which towards the membrane is positive on either wall.
     unit = units.depth / units.time
     jacobian = np.array([[d_v.real, wall * unit * d_v.imag], [wall * d_last.real / unit, d_last.imag]])
     duration, leaving = (last - phase) / pi, wall * v * unit
     return Bounce(wall, velocity, phase % (2 * pi), duration, leaving, deepest * units.depth), jacobian
 
 
-# Each leg has a variable w from 0 to 1 in which its end is known beforehand, and two unknowns, which are what is not
-# known of (phase, depth y, velocity v) at w. With T the unit of time and a the acceleration, phase' = pi T, y' = v and
-# v' = a, divided by the rate of w; all derivatives are those of the same formulae.
+# Each leg has a variable w from 0 to 1 in which its end is known beforehand. Of (phase, depth y, velocity v) one is a
+# function of w, and the other two are the unknowns. With T the unit of time and a the acceleration, phase' = pi T,
+# y' = v and v' = a, divided by the rate of w; each line with d_ is the derivative of the line before it.
 
 
 def _acceleration(model: CompliantModel, units: ContactUnits) -> Acceleration:
-    """The acceleration during a contact, y'' = p (gbar + force) - k y^h (1 + D v), and its derivatives."""
+    """The acceleration during a contact, y'' = p (gbar + force) - k y^h (1 + D v), in the units of the contact."""
     h, gbar, harmonics = model.membrane.exponent, model.gbar, model.harmonics
     spring, damping, pull = units.spring, units.damping, units.pull
 
@@ -190,6 +191,7 @@ def _acceleration(model: CompliantModel, units: ContactUnits) -> Acceleration:
         if harmonics:
             at = sin(phase), cos(phase), harmonics
             a, by_phase = pull * (gbar + wave(*at).force), pull * force_rate(*at)
+        # At a depth of 0, which rounding may miss to either side, y^(h-1) of the derivative need not exist.
         if not (pushed and y > 0):
             return a, by_phase, 0.0, 0.0
         resisting, force = 1 + damping * v, spring * y**h
@@ -198,7 +200,7 @@ def _acceleration(model: CompliantModel, units: ContactUnits) -> Acceleration:
     return acceleration
 
 
-def _to_depth(pulled: Acceleration, units: ContactUnits) -> Rates:
+def _to_depth(acceleration: Acceleration, units: ContactUnits) -> Rates:
     """The leg from the touch to the depth `LOADED`, which is `LOADED` w^2: its unknowns are phase and v.
 
     In w, the root of the depth, y^h is smooth for any exponent; the ball moves in all the time.
@@ -210,23 +212,24 @@ def _to_depth(pulled: Acceleration, units: ContactUnits) -> Rates:
             raise NumericalError(STAYS)
         rate = 2 * LOADED * w / v
         d_rate = -rate / v * d_v
-        a, by_phase, _, by_velocity = pulled(phase, LOADED * w * w, v)
+        a, by_phase, _, by_velocity = acceleration(phase, LOADED * w * w, v)
         d_a = by_phase * d_phase + by_velocity * (d_v - v / speed)
         return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
 
     return rates
 
 
-def _to_rest(pulled: Acceleration, units: ContactUnits, fast: float, d_fast: complex) -> Rates:
+def _to_rest(acceleration: Acceleration, units: ContactUnits, fast: float, d_fast: complex) -> Rates:
     """The leg to the deepest point, by the velocity `fast` (1 - w): its unknowns are phase and y.
 
     The ball is slowed all the time, so that the velocity says where it is.
     """
     turning, speed = pi * units.time, units.speed
 
+    # By the velocity the end is w = 1 for every touch; in time it would have to be searched for.
     def rates(w: float, phase: float, y: float, d_phase: complex, d_y: complex) -> State:
         v, d_v = fast * (1 - w), d_fast * (1 - w)
-        a, by_phase, by_depth, by_velocity = pulled(phase, y, v)
+        a, by_phase, by_depth, by_velocity = acceleration(phase, y, v)
         if not a < 0:
             raise NumericalError(STAYS)
         rate = -fast / a
@@ -238,86 +241,141 @@ def _to_rest(pulled: Acceleration, units: ContactUnits, fast: float, d_fast: com
 
 
 def _for_a_time(
-    pulled: Acceleration, units: ContactUnits, stopped: float, d_stopped: complex, span: float
-) -> PushedRates:
-    """The leg that begins at rest at the phase `stopped` and takes `span` units of time: its unknowns are y and v."""
-    turned, speed = span * (pi * units.time), units.speed
+    acceleration: Acceleration, units: ContactUnits, stop: tuple[float, complex], span: float
+) -> Callable[[bool], Rates]:
+    """The leg that begins at rest and takes `span` units of time: its unknowns are y and v.
 
-    def rates(pushed: bool, w: float, y: float, v: float, d_y: complex, d_v: complex) -> State:
-        a, by_phase, by_depth, by_velocity = pulled(stopped + turned * w, y, v, pushed)
-        d_a = by_phase * d_stopped + by_depth * d_y + by_velocity * (d_v - v / speed)
-        return span * v, span * a, span * d_v, span * d_a
+    `stop` is the phase at its beginning with its derivatives. See `_OutwardLeg` for what is returned.
+    """
+    (stopped, d_stopped), turned, speed = stop, span * (pi * units.time), units.speed
 
-    return rates
+    def rates_if(pushed: bool) -> Rates:
+        def rates(w: float, y: float, v: float, d_y: complex, d_v: complex) -> State:
+            a, by_phase, by_depth, by_velocity = acceleration(stopped + turned * w, y, v, pushed)
+            d_a = by_phase * d_stopped + by_depth * d_y + by_velocity * (d_v - v / speed)
+            return span * v, span * a, span * d_v, span * d_a
+
+        return rates
+
+    return rates_if
 
 
-def _to_surface(pulled: Acceleration, units: ContactUnits, end: float, d_end: complex) -> PushedRates:
-    """The leg from the depth `end` to the surface, which is `end` (1 - w)^2: its unknowns are phase and v."""
+def _to_surface(
+    acceleration: Acceleration, units: ContactUnits, depth: float, d_depth: complex
+) -> Callable[[bool], Rates]:
+    """The leg from a depth to the surface, on which it is `depth` (1 - w)^2: its unknowns are phase and v.
+
+    See `_OutwardLeg` for what is returned.
+    """
     turning, speed = pi * units.time, units.speed
 
-    def rates(pushed: bool, w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
-        if not v < 0:
-            raise NumericalError(STAYS)
-        left = 1 - w
-        rate = -2 * end * left / v
-        d_rate = -(2 * left * d_end + rate * d_v) / v
-        a, by_phase, by_depth, by_velocity = pulled(phase, end * left * left, v, pushed)
-        d_a = by_phase * d_phase + by_depth * left * left * d_end + by_velocity * (d_v - v / speed)
-        return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
+    def rates_if(pushed: bool) -> Rates:
+        def rates(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
+            if not v < 0:
+                raise NumericalError(STAYS)
+            left = 1 - w
+            rate = -2 * depth * left / v
+            d_rate = -(2 * left * d_depth + rate * d_v) / v
+            a, by_phase, by_depth, by_velocity = acceleration(phase, depth * left * left, v, pushed)
+            d_a = by_phase * d_phase + by_depth * left * left * d_depth + by_velocity * (d_v - v / speed)
+            return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
 
-    return rates
+        return rates
+
+    return rates_if
 
 
-def _integrated_outwards(
-    rates: PushedRates, damping: float, state: State, pushed: bool, columns: int, parts: int = 1
-) -> tuple[State, bool]:
-    """A state over a leg of length 1, in equal parts, and whether the membrane pushes the ball at its end.
+class _OutwardLeg(Struct, frozen=True, eq=False):
+    """A leg on which the ball moves out, so that the membrane may stop pushing it, as it cannot pull.
 
-    A membrane cannot pull: it pushes while 1 + damping v > 0, where v is the second unknown. A part in which that
-    changes is split there, as no extrapolation converges across. The force is continuous there, so that the derivatives
-    need not know where it is.
+    It pushes while 1 + damping v > 0, v being the second unknown. The acceleration has a kink there, a switching
+    surface: it is integrated up to the kink and from there on, as no extrapolation converges across. The force is
+    continuous, so that the derivatives need no saltation matrix.
+
+    Attributes
+    ----------
+    rates_if : callable
+        The rates of the leg if the membrane pushes (True), or does not (False).
+    damping : float
+        D, in the units of the contact.
+    columns : int
+        How many of `SUBSTEPS` are extrapolated from.
     """
-    for part in range(parts):
-        start, end = part / parts, (part + 1) / parts
-        for _ in range(MOST_SWITCHES):
-            after = _extrapolated(partial(rates, pushed), start, end - start, state, columns)
-            if (1 + damping * after[1] > 0) == pushed:
+
+    rates_if: Callable[[bool], Rates]
+    damping: float
+    columns: int
+
+    def integrated(self, state: State, pushed: bool, parts: int = 1) -> tuple[State, bool]:
+        """The state at the end of the leg, and whether the membrane pushes the ball there.
+
+        Parameters
+        ----------
+        state : State
+            At its beginning.
+        pushed : bool
+            Whether the membrane pushes the ball there.
+        parts : int
+            Equal parts in which it is integrated.
+
+        Raises
+        ------
+        NumericalError
+            If the force of the membrane ends and begins too often.
+        """
+        for part in range(parts):
+            start, end = part / parts, (part + 1) / parts
+            for _ in range(MOST_SWITCHES):
+                after = _extrapolated(self.rates_if(pushed), start, end - start, state, self.columns)
+                if (1 + self.damping * after[1] > 0) == pushed:
+                    break
+                start, state = self._switch(pushed, (start, end), state, after)
+                pushed = not pushed
+            else:
+                raise NumericalError("the ball leaves the membrane and meets it again before the contact ends")
+            state = after
+        return state, pushed
+
+    def _switch(self, pushed: bool, bracket: tuple[float, float], state: State, after: State) -> tuple[float, State]:
+        """Place w within a bracket at which the force of the membrane ends, or begins again, and the state there.
+
+        `state` and `after` are those at the ends of the bracket, as if the force went on. By Newton's method kept
+        within the bracket. What is left of the error counts only squared, as the force vanishes.
+        """
+        rates, (start, end) = self.rates_if(pushed), bracket
+        low, high, w = start, end, end
+        for _ in range(MOST_CORRECTIONS):
+            resisting = 1 + self.damping * after[1]
+            if (resisting > 0) == pushed:
+                low = w
+            else:
+                high = w
+            slope = self.damping * rates(w, *after)[1]
+            before, w = w, w - resisting / slope if slope else high
+            if not low < w < high:
+                w = (low + high) / 2
+            after = _extrapolated(rates, start, w - start, state, self.columns)
+            if abs(w - before) < SWITCHED:
                 break
-            start, state = _switch(partial(rates, pushed), damping, pushed, start, end, state, after, columns)
-            pushed = not pushed
-        else:
-            raise NumericalError("the ball leaves the membrane and meets it again before the contact ends")
-        state = after
-    return state, pushed
-
-
-def _switch(
-    rates: Rates, damping: float, pushed: bool, start: float, end: float, state: State, after: State, columns: int
-) -> tuple[float, State]:
-    """Where the force of the membrane ends, or begins again, between two places of a leg, and the state there.
-
-    By Newton's method kept within the bracket. What is left of the error counts only squared, as the force vanishes.
-    """
-    low, w = start, end
-    high = end
-    for _ in range(MOST_CORRECTIONS):
-        resisting = 1 + damping * after[1]
-        if (resisting > 0) == pushed:
-            low = w
-        else:
-            high = w
-        slope = damping * rates(w, *after)[1]
-        before, w = w, w - resisting / slope if slope else high
-        if not low < w < high:
-            w = (low + high) / 2
-        after = _extrapolated(rates, start, w - start, state, columns)
-        if abs(w - before) < SWITCHED:
-            break
-    return w, after
+        return w, after
 
 
 def _extrapolated(rates: Rates, start: float, length: float, state: State, columns: int) -> State:
-    """One part of a leg, by Gragg's method: the modified midpoint rule errs by even powers of the step only."""
+    """The state at the end of a part of a leg, by the extrapolation of Gragg, Bulirsch and Stoer.
+
+    The modified midpoint rule errs by even powers of the step only. The loop is written out for the four numbers of a
+    state: on arrays so short it would take several times as long.
+
+    Parameters
+    ----------
+    rates : callable
+    start, length : float
+        Place w at which the part begins, and its length in w.
+    state : State
+        There.
+    columns : int
+        How many of `SUBSTEPS` are extrapolated from.
+    """
     a, b, d_a, d_b = state
     ra, rb, d_ra, d_rb = rates(start, a, b, d_a, d_b)
     sum_a, sum_b, sum_d_a, sum_d_b = 0.0, 0.0, 0j, 0j
@@ -330,6 +388,7 @@ def _extrapolated(rates: Rates, start: float, length: float, state: State, colum
             a0, a1, b0, b1 = a1, a0 + stride * pa, b1, b0 + stride * pb
             d_a0, d_a1, d_b0, d_b1 = d_a1, d_a0 + stride * d_pa, d_b1, d_b0 + stride * d_pb
         pa, pb, d_pa, d_pb = rates(start + length, a1, b1, d_a1, d_b1)
+        # Gragg's smoothing: the mean of a1 and of one more step of Euler's from a0, halved in the weights.
         sum_a += weight * (a0 + a1 + step * pa)
         sum_b += weight * (b0 + b1 + step * pb)
         sum_d_a += weight * (d_a0 + d_a1 + step * d_pa)
@@ -339,9 +398,9 @@ def _extrapolated(rates: Rates, start: float, length: float, state: State, colum
 
 @lru_cache
 def _weights(columns: int) -> tuple[tuple[int, float], ...]:
-    """Numbers of steps, and weights with which the sums of their last two states extrapolate to steps of no length.
+    """Numbers of steps, and weights of their results in the extrapolation to steps of length zero.
 
-    Half those of Lagrange's polynomial in the square of the step.
+    They are those of Lagrange's polynomial in the square of the step, halved: a result is the mean of two states.
     """
     squares = [(n, n * n) for n in SUBSTEPS[:columns]]
     return tuple((n, prod(node / (node - other) for _, other in squares if other != node) / 2) for n, node in squares)
@@ -353,6 +412,16 @@ def crossing(
     """Fly from a membrane to the other one: time near a guess [t_c], Z' there, and the Jacobian as of `bounce`.
 
     Whether the ball touches a membrane before is not looked at: `model.free_flight` does.
+
+    Parameters
+    ----------
+    model : CompliantModel
+    wall : int
+        Of the membrane that is left.
+    leaving, phase : float
+        Z' [y_c] and forcing phase [rad] at the departure.
+    guess : float
+        Of the time of flight [t_c].
 
     Raises
     ------
@@ -370,7 +439,7 @@ def crossing(
         correction = gap / velocity
         t -= correction
         if not abs(t) < 10 * model.period:
-            break
+            break  # Newton's method has lost the flight
         if abs(correction) < SETTLED * model.period:
             now = _force(phase + pi * t, harmonics)
             velocity = flight.velocity(t, leaving, begun.impulse, now.impulse, gbar)
@@ -385,14 +454,30 @@ def crossing(
 
 
 def _force(phase: float, harmonics: Sequence[Harmonic]) -> Wave:
-    """The force at a phase."""
+    """The force, its impulse and its path at a forcing phase [rad]."""
     return wave(sin(phase), cos(phase), harmonics)
 
 
 def return_trip(
     model: CompliantModel, velocity: float, phase: float, flights: tuple[float, float], columns: int
 ) -> ReturnTrip:
-    """Apply the return map to a touch of the bottom; the flights take about the times given."""
+    """Apply the return map to a touch of the bottom membrane.
+
+    Parameters
+    ----------
+    model : CompliantModel
+    velocity, phase : float
+        Z' [y_c] and forcing phase [rad] at the touch.
+    flights : tuple of float
+        Guesses of the times of flight up and down [t_c].
+    columns : int
+        How many of `SUBSTEPS` are extrapolated from in contacts.
+
+    Raises
+    ------
+    NumericalError
+        If the ball stays on a membrane, or does not reach the other one.
+    """
     bottom, pressed_bottom = bounce(model, BOTTOM, velocity, phase, columns)
     elapsed = bottom.duration
     up, velocity_top, rising = crossing(model, BOTTOM, bottom.leaving, phase + pi * elapsed, flights[0])
@@ -400,5 +485,6 @@ def return_trip(
     top, pressed_top = bounce(model, TOP, velocity_top, phase + pi * elapsed, columns)
     elapsed += top.duration
     down, end, falling = crossing(model, TOP, top.leaving, phase + pi * elapsed, flights[1])
+    # The chain rule: the last part of the trip is the leftmost factor.
     jacobian = falling @ pressed_top @ rising @ pressed_bottom
     return ReturnTrip(bottom, top, (up, down), elapsed + down, end, jacobian)

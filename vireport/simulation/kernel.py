@@ -664,7 +664,7 @@ def _pull(phase: float, g: float, harmonics: Array) -> float:
 
 
 def _exit(phase: float, still: Array, sign: float) -> Pair:
-    """Time to the first zero of Z'' after which Z is concave (sign 1) or convex (-1), and its phase; inf without one."""
+    """Time to the first zero of Z'' after which Z is concave (sign 1) or convex (-1), and its phase; inf: no such."""
     count, following = len(still), _next_zero(phase, still)
     for i in range(count):
         k, lap = following + i, 0.0

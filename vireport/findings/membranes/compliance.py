@@ -23,7 +23,7 @@ from vireport.compliant.descent import (
     MULTIPLIER,
     Absence,
     CompliantMotion,
-    Reached,
+    Continued,
     Rigid,
     descend,
     end_to_follow,
@@ -73,13 +73,13 @@ class StiffnessRung(Struct, frozen=True):
     reason: str
 
     @classmethod
-    def of(cls, factor: float, motion: Reached | Absence, critical: Reached | Absence | None) -> StiffnessRung:
+    def of(cls, factor: float, motion: Continued | Absence, critical: Continued | Absence | None) -> StiffnessRung:
         """The rung of what was reached; the first thing that was not gives the reason."""
         lost = [reached.reason for reached in (motion, critical) if isinstance(reached, Absence)]
         return cls(
             factor,
-            motion.motion if isinstance(motion, Reached) else None,
-            float(critical.x[-1]) if isinstance(critical, Reached) else None,
+            motion.motion if isinstance(motion, Continued) else None,
+            float(critical.x[-1]) if isinstance(critical, Continued) else None,
             "there is no period doubling and no fold to follow" if not lost and critical is None else "".join(lost[:1]),
         )
 
@@ -298,7 +298,7 @@ def compliance(
     say(WorkStep("compliant membranes: periodic motions", 0.0))
     orbits = descend(motion_to_follow(device, membrane, rigid), factors, FINEST)
     say("compliant membranes: critical points")
-    values: Sequence[Reached | Absence | None] = [None] * len(factors)
+    values: Sequence[Continued | Absence | None] = [None] * len(factors)
     if critical is not None:
         values = descend(end_to_follow(device, membrane, varied, critical), factors, FINEST)
     rungs = tuple(StiffnessRung.of(*row) for row in zip(factors, orbits, values, strict=True))
