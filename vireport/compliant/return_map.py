@@ -191,7 +191,7 @@ def _acceleration(model: CompliantModel, units: ContactUnits) -> Acceleration:
         if harmonics:
             at = sin(phase), cos(phase), harmonics
             a, by_phase = pull * (gbar + wave(*at).force), pull * force_rate(*at)
-        # At a depth of 0, which rounding may miss to either side, y^(h-1) of the derivative need not exist.
+        # At the surface, which rounding may miss to either side, the derivative would divide by the depth.
         if not (pushed and y > 0):
             return a, by_phase, 0.0, 0.0
         resisting, force = 1 + damping * v, spring * y**h
