@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from html import unescape
 from pathlib import Path
 
 import pytest
+from conftest import study
 
-from vireport import analyse, load
+from vireport import analyse, diff, load
 from vireport.base.errors import RenderError
+from vireport.changes.diff_outputs import changes_table, diff_text, rerun_text
 from vireport.checks.paper import Agreement, ComparedRow, ComparedTypes, Misprint, PrintedPhase, PrintedQuantity
 from vireport.cli.app import main
 from vireport.motions.events import Event
@@ -61,6 +64,76 @@ def test_the_facts_the_word_and_captions_are_reworded(tmp_path: Path) -> None:
         assert "Requirements not met, in our words" in text
     for text in (page, figure):
         assert "Steady for 0.629 m < s" in unescape(text).replace("\u00a0", " ")
+
+
+@pytest.mark.slow
+def test_a_comparison_is_reworded_on_the_terminal_on_its_page_and_in_its_data(tmp_path: Path, capsys) -> None:
+    folder = reworded(
+        tmp_path / "own",
+        compare=("{% macro lacks_not_met() %}requirements missed", "{% macro lacks_not_met() %}not as required"),
+        changes=("({{ share }} apart)", "(they differ by {{ share }})"),
+    )
+    text = (folder / "words" / "compare.j2").read_text()
+    for before, after in (
+        ("Ranking, the best first", "The best first"),
+        ("quantities differ", "numbers are not alike"),
+        ("All scenarios on one axis", "All of them on one axis"),
+        ("A dash: ", "No number: "),
+    ):
+        assert before in text
+        text = text.replace(before, after)
+    (folder / "words" / "compare.j2").write_text(text)
+    scenarios = [str(EXAMPLE), str(EXAMPLE.parents[1] / "design-point.yaml"), str(EXAMPLE.parents[1] / "inclined.yaml")]
+    files = ["--format", "html,json,markdown", "-o", str(tmp_path / "out"), "-v"]
+    assert main(["compare", *scenarios, "--templates", str(folder), *files]) == 0
+    terminal = capsys.readouterr().out
+    page, summary, data = (
+        unescape((tmp_path / "out" / name).read_text()) for name in ("report.html", "summary.md", "compare.json")
+    )
+    for text in (terminal, page, summary):
+        assert "The best first" in text
+        assert "Not as required" in text
+        assert "Ranking, the best first" not in text
+        assert "equirements missed: failing" not in text
+    assert "numbers are not alike:" in terminal
+    assert "All of them on one axis" in page
+    assert "No number: " in page
+    said = [row["sentence"] for row in json.loads(data)["quantities"] if row["differs"]]
+    assert any(" (they differ by " in sentence for sentence in said)
+    assert not any(" apart)" in sentence for sentence in said)
+    assert set(said) <= set(terminal.splitlines())
+
+
+def test_changes_are_reworded_as_text_and_as_a_table(tmp_path: Path) -> None:
+    folder = reworded(
+        tmp_path, changes=("{{ count }} changes since {{ baseline }}", "{{ count }} news of {{ baseline }}")
+    )
+    text = (folder / "words" / "changes.j2").read_text()
+    (folder / "words" / "changes.j2").write_text(
+        text.replace(": gone, was ", ": no more, once ").replace("Now", "Today")
+    )
+    changed = diff(study("design-point").to_dict(), study("design-point", "device.length_m=0.6"))
+    table = changes_table(changed, templates=folder)
+    lines = diff_text(changed, "old.json", folder).splitlines()
+    assert lines[0] == f"{len(changed)} news of old.json:"
+    assert table.caption == f"{len(changed)} news of the baseline"
+    assert [column.title for column in table.columns] == ["Group", "What", "Before", "Today", "Change"]
+    assert [line for line in lines if ": no more, once " in line]
+    assert ": gone, was " in diff_text(changed)
+
+
+def test_an_earlier_run_that_is_not_the_same_is_reworded(tmp_path: Path) -> None:
+    folder = reworded(tmp_path, changes=("not identical to the results in", "unlike the results in"))
+    before, now = study("design-point").to_dict(), study("design-point")
+    before["design_point"]["q"][0] += 0.25
+    assert rerun_text(before, now, "old.json", folder) == "unlike the results in old.json: 1 value (design_point.q[0])"
+    before["design_point"]["u_ave_v"] = [u + 1 for u in before["design_point"]["u_ave_v"]]
+    first, count, *_ = rerun_text(before, now, "old.json").splitlines()
+    values = len(now.to_dict()["design_point"]["u_ave_v"]) + 1
+    assert first.startswith(
+        f"not identical to the results in old.json: {values} values (design_point.q[0], design_point"
+    )
+    assert count == "1 change since old.json:"
 
 
 @pytest.mark.parametrize(

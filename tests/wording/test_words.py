@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from vireport import analyse, load
 from vireport.chart.words import Naming
-from vireport.comparison.ranking import Merit
+from vireport.comparison.ranking import RANK_BY, RANKING_COLUMNS, Merit
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved
 from vireport.design.from_rest import Destination, FromRest
 from vireport.design.measured import MeasuredShare
@@ -28,7 +28,7 @@ from vireport.disturbances.behaviour import Disturbances, Ramp
 from vireport.disturbances.windows import Edge, Window
 from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
 from vireport.gate.evidence import Evidence
-from vireport.gate.opening import Said, WordedOpening, opening_of
+from vireport.gate.opening import WordedOpening, opening_of
 from vireport.gate.verdict import Conclusion, Status, verdict_of
 from vireport.maps.cells import AxisName
 from vireport.measurement.flights import Unknown
@@ -44,6 +44,7 @@ from vireport.scenario.blocks import LeftOut
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.plan import Addition, Task
 from vireport.text.formatting import OF_A_MODEL, ROUGHLY, shown
+from vireport.wording.said import Said
 from vireport.wording.templates import ROOTS, TEMPLATES, Words, environment_of
 
 TAKEN_OVER = {
@@ -87,7 +88,9 @@ def test_a_template_has_no_name_that_nothing_defines(file: Path) -> None:
     own = {name.name for name in tree.find_all(nodes.Name) if name.ctx != "load"}
     own |= {macro.name for macro in tree.find_all(nodes.Macro)}
     names = find_undeclared_variables(tree) - own
-    assert names <= (set() if "words" in file.parts else OF_BENCH if file.parent.name == "bench" else FROM_OUTSIDE)
+    assert names <= (
+        set() if "/templates/words/" in file.as_posix() else OF_BENCH if file.parent.name == "bench" else FROM_OUTSIDE
+    )
 
 
 def thing(**of: object) -> SimpleNamespace:
@@ -103,6 +106,11 @@ def taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
 
 def said(words: str, macro: str, *given: object) -> str:
     return Words(words)(macro, *given)
+
+
+def macros_of(words: str) -> set[str]:
+    """The names of all macros of a file of words."""
+    return set(re.findall(r"macro (\w+)\(", (TEMPLATES / "words" / f"{words}.j2").read_text(encoding="utf-8")))
 
 
 def check(**given: object) -> SimpleNamespace:
@@ -690,6 +698,151 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
             ("stable", "stable"),
         )
     ),
+    ("of_them", (3, 4), "3 of 4"),
+    ("periods", ("9",), "9 periods"),
+    ("more_than", ("2 m/s",), "more than 2 m/s"),
+    ("not_known", (), "not known"),
+    ("all", (), "all"),
+    ("ranking", (), "Ranking, the best first"),
+    *(
+        (f"head_{column}", (), text)
+        for column, text in (
+            ("scenario", "Scenario"),
+            ("rank", "Rank"),
+            ("verdict", "Verdict"),
+            ("requirements", "Requirements"),
+            ("from_rest", "From rest"),
+            ("recovery", "Recovery"),
+            ("shock", "Least shock"),
+            ("margin", "Margin to use"),
+            ("limited_by", "Limited by"),
+            ("range", "Stable range"),
+            ("voltage", "Mean voltage"),
+            ("rate", "Per second"),
+        )
+    ),
+    ("verdict", (["not stable", "margin small"],), "Not stable; margin small"),
+    ("by_from_rest", (), "reached from rest"),
+    ("by_recovery", (), "recovery"),
+    ("by_shock", (), "least shock"),
+    (
+        "ranked_by",
+        (["recovery", "least shock"],),
+        "Ranked by requirements missed, stable 1:1 motion, recovery, least shock, margin to use and voltage. The "
+        "margin to use is the least of what rigid impacts, soft membranes and neglected effects leave. The mean "
+        "voltage is U_ave of the stable motion at the design point, by the paper's formulae; of several motions it is "
+        "the least. The voltage per second is the sum over the impacts of a second.",
+    ),
+    ("no_design_point", ("a and b",), "No design point, and so no margin to compare: a and b."),
+    ("no_ball_mass", ("a and b",), "No device.ball_mass_kg, and so no voltage to compare: a and b."),
+    ("margins", (), "Margins in each input, by rigid impacts"),
+    (
+        "distances",
+        (),
+        "Distance from the design point to the first point at which the stable motion ends, also where another takes "
+        "over, over the design value: B period doubling, C fold or pitchfork, G grazing. From an inclination of 0° the "
+        "distance is in degrees.",
+    ),
+    ("title", ("a and b",), "Comparison of a and b"),
+    ("scenarios", (5,), "5 scenarios"),
+    ("count", (3, 9), "3 of 9 quantities differ"),
+    ("critical_points", (), "Critical points"),
+    ("quantities", (), "Stable ranges, margins and voltages"),
+    ("quantities_heads", (), "Quantity | Difference"),
+    ("of_scenarios", ("Critical points", "a and b"), "Critical points: a and b"),
+    ("noted", ("1.5", "B1"), "1.5 (B1)"),
+    ("sweep_end", (), "sweep"),
+    ("only_some", (), "only some"),
+    ("other_type", (), "type"),
+    ("dash", ("no sweep", "a and b"), "no sweep (a and b)"),
+    ("dashes", (["no sweep (a)", "no design point (b)"],), "A dash: no sweep (a); no design point (b)."),
+    ("settings", (), "Values that are not the same in all scenarios"),
+    ("alerts", (), "Alerts of the scenarios"),
+    ("alerts_heads", (), "Code | Severity | Alert | Scenarios"),
+    ("causes", (), "The report of a scenario by itself has the cause with its numbers, and the remedy."),
+    ("figure_of", ("figure-2", "a and b"), "Figure-2 of a and b"),
+    ("has_no_sweep", (), "it has no sweep"),
+    ("has_no_ball_mass", (), "device.ball_mass_kg is not given"),
+    ("overlay_title", (), "All scenarios on one axis"),
+    ("over", ("length",), "Over the length"),
+    ("over_d", (), "Over d, as the sweeps are of different parameters"),
+    (
+        "overlay_caption",
+        ("Over d",),
+        "Over d: impact velocity at the bottom and U_ave of the branches with stable motion, numbered as ranked.",
+    ),
+    (
+        "overlay_caption_remarks",
+        ("Over d", ["not drawn: a", "no voltages: b"]),
+        "Over d: impact velocity at the bottom and U_ave of the branches with stable motion, numbered as ranked. Not "
+        "drawn: a; no voltages: b.",
+    ),
+    ("not_drawn", ("a and b",), "not drawn: a and b"),
+    ("no_stable_voltage", ("a and b",), "no voltages where there is no stable motion: a and b"),
+    ("stable_range", ("a", "1 m < s"), "a: 1 m < s"),
+    (
+        "overlay_alt",
+        (2, "Over d", ["a: 1 m < s", "b: s < 2 m"]),
+        "Line charts of 2 scenarios. Over d: impact velocity on the bottom membrane, and U_ave by the paper's formulae"
+        ", of the branches with stable 1:1 motion, or of all where none is stable, numbered as they are ranked. Stable "
+        "ranges: a: 1 m < s; b: s < 2 m.",
+    ),
+    ("panels_alone", ("Velocities", ["f = 2 Hz", "(a) a: F = 3 N"]), "Velocities. f = 2 Hz; (a) a: F = 3 N."),
+    (
+        "panels_shared",
+        ("Velocities", ["(a) a: F = 3 N", "(b) b: F = 4 N"]),
+        "Velocities, on axes that the panels of a row share. (a) a: F = 3 N; (b) b: F = 4 N.",
+    ),
+    ("column", ("(a)–(c)", "a", ["F = 3 N", "s from 1 m"]), "(a)–(c) a: F = 3 N, s from 1 m"),
+    ("panels_alt", ("2 columns", "1 panel", ["A: up.", "B: down."]), "2 columns of 1 panel. A: up. B: down."),
+    ("one_column", (1,), "1 column"),
+    ("columns", (4,), "4 columns"),
+    ("one_panel", (1,), "1 panel"),
+    ("panels", (3,), "3 panels"),
+    ("column_alt", ("inclined", "Line charts."), "Inclined: Line charts."),
+]
+
+
+CHANGES_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("listed", (["a", "b"], "c"), "a, b and c"),
+    ("listed_apart", (["a, b", "c"], "d"), "a, b; c; and d"),
+    ("number", ("2 m", "a and b"), "2 m for a and b"),
+    ("number_with_note", ("2 m", "a and b", "B1"), "2 m for a and b (B1)"),
+    ("groups", (["2 for a", "3 for b"],), "2 for a; 3 for b"),
+    ("equals", ("s", "2 m for a"), "s = 2 m for a"),
+    ("from_to", ("1 m for a", "2 m for b"), "from 1 m for a to 2 m for b"),
+    ("symbol_from_to", ("s", "1 m for a", "2 m for b"), "s from 1 m for a to 2 m for b"),
+    ("apart", ("1 m for a and 2 m for b", "50 %"), "1 m for a and 2 m for b (50 % apart)"),
+    ("others", (7,), "the 7 others"),
+    ("compared", ("stable range from", "1 m for a"), "Stable range from: 1 m for a."),
+    (
+        "compared_lacking",
+        ("stable range from", "1 m for a", "no stable range for", "b and c"),
+        "Stable range from: 1 m for a; no stable range for b and c.",
+    ),
+    ("the_baseline", (), "the baseline"),
+    ("new", ("stable range from", "1 m"), "stable range from: new, 1 m."),
+    ("gone", ("stable range from", "1 m"), "stable range from: gone, was 1 m."),
+    ("moved", ("alert", "note", "warning"), "alert: note to warning."),
+    ("moved_by", ("stable range from", "1 m", "2 m", "+100 %"), "stable range from: 1 m to 2 m (+100 %)."),
+    ("nothing", (), "none"),
+    ("in_group", ("stable range", "stable range from: new, 1 m."), "stable range: stable range from: new, 1 m."),
+    ("one_change", ("old.json",), "1 change since old.json"),
+    ("changes", (3, "old.json"), "3 changes since old.json"),
+    ("no_change", ("old.json",), "No change beyond tolerance since old.json"),
+    ("heads", (), "Group | What | Before | Now | Change"),
+    (
+        "tolerance",
+        ("1 × 10⁻⁶",),
+        "Numbers are the same within a relative difference of 1 × 10⁻⁶ and their error bounds.",
+    ),
+    ("identical", ("old.json",), "identical to the results in old.json"),
+    ("one_not_identical", ("old.json", ["a.b"]), "not identical to the results in old.json: 1 value (a.b)"),
+    (
+        "not_identical",
+        ("old.json", 3, ["a.b", "c", "d"]),
+        "not identical to the results in old.json: 3 values (a.b, c, d)",
+    ),
 ]
 
 
@@ -795,8 +948,7 @@ def test_a_macro_of_searches_says(macro: str, given: tuple[object, ...], text: s
 
 
 def test_every_macro_of_searches_is_said_above() -> None:
-    named = set(re.findall(r"macro (\w+)\(", (TEMPLATES / "words" / "optimise.j2").read_text(encoding="utf-8")))
-    assert named == {macro for macro, *_ in OPTIMISE_SAID}
+    assert macros_of("optimise") == {macro for macro, *_ in OPTIMISE_SAID}
 
 
 @pytest.mark.parametrize(("macro", "given", "text"), COMPARE_SAID, ids=[row[0] for row in COMPARE_SAID])
@@ -805,10 +957,20 @@ def test_a_macro_of_comparisons_says(macro: str, given: tuple[object, ...], text
 
 
 def test_every_macro_of_comparisons_is_said_above() -> None:
-    named = set(re.findall(r"macro (\w+)\(", (TEMPLATES / "words" / "compare.j2").read_text(encoding="utf-8")))
+    named = macros_of("compare")
     assert named == {macro for macro, *_ in COMPARE_SAID}
     assert named >= {f"lacks_{conclusion.name.lower()}" for conclusion in Conclusion}
-    assert named >= {f"best_{merit.name.lower()}" for merit in Merit}
+    assert named >= {f"best_{merit}" for merit in Merit}
+    assert named >= {f"head_{merit}" for merit in RANKING_COLUMNS} | {f"by_{merit}" for merit in RANK_BY.values()}
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), CHANGES_SAID, ids=[row[0] for row in CHANGES_SAID])
+def test_a_macro_of_changes_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("changes", macro, *given) == text
+
+
+def test_every_macro_of_changes_is_said_above() -> None:
+    assert macros_of("changes") == {macro for macro, *_ in CHANGES_SAID}
 
 
 def test_every_conclusion_has_its_sentence() -> None:
@@ -825,7 +987,7 @@ def test_every_macro_of_openings_is_said_above() -> None:
         opening = opening_of(verdict_of(make()))
         rows = [opening.sentence, *(fact.said for fact in opening.facts), *(tile.said for tile in opening.tiles)]
         told |= {row.macro for row in rows} | {
-            part.macro for row in rows for part in row.given if isinstance(part, Said)
+            part.macro for row in rows for part in row.values if isinstance(part, Said)
         }
     assert named - told == set()
 
@@ -1761,6 +1923,8 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         said("opening", macro, *given)
     for macro, given, _ in COMPARE_SAID:
         said("compare", macro, *given)
+    for macro, given, _ in CHANGES_SAID:
+        said("changes", macro, *given)
     for macro, given, _ in OPTIMISE_SAID:
         said("optimise", macro, *given)
     branches, told = taken()
@@ -1768,6 +1932,7 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
     decided = {branch.partition(":")[0] for branch in branches}
     assert decided == {str(file.relative_to(TEMPLATES)) for file in WORDS} - {
         "words/opening.j2",
+        "words/changes.j2",
         "words/compare.j2",
         "words/optimise.j2",
         "words/verify.j2",

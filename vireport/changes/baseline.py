@@ -16,8 +16,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.changes.messages import Message, since_baseline
 from vireport.changes.quantities import QuantityGroup, bound_in_d, compared_scenarios
+from vireport.changes.sentences import since_baseline
 from vireport.changes.table import Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.study.earlier import read_earlier
 from vireport.study.results import SCHEMA_VERSION
@@ -155,8 +155,8 @@ def _since_baseline(row: ComparisonRow) -> ComparisonRow:
     numbers = isinstance(before, float) and isinstance(after, float)
     change = (after - before) / abs(before) if numbers and before and row.group is not QuantityGroup.MARGIN else None
     what = visible(row.quantity, LONGEST_TEXT)
-    sentence = since_baseline(what, (before, after), row.unit, change, row.group.exactness)
-    return replace(row, quantity=what, cells=cells, change=change, differs=True, sentence=sentence)
+    said = since_baseline(what, (before, after), row.unit, change, row.group.exactness)
+    return replace(row, quantity=what, cells=cells, change=change, differs=True, said=said)
 
 
 def _plain(value: Any) -> float | str | None:
@@ -174,7 +174,7 @@ def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float)
     """
     taken = [_name(point) for point in new["critical_points"]]
     clashing = [point["label"] for point in old["critical_points"] if _name(point) in taken]
-    labels = {label: Message.OF_BASELINE.format(label=label) for label in clashing}
+    labels = {label: f"{label} of the baseline" for label in clashing}
     labels |= {point["label"]: match["label"] for point, match in _paired(old, new, relative)}
 
     def named(points: Sequence[PointData]) -> list[PointData]:

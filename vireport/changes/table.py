@@ -8,16 +8,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from operator import itemgetter
+from pathlib import Path
 from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.changes.messages import side_by_side
 from vireport.changes.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
+from vireport.changes.sentences import side_by_side
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.text.foreign import visible
 from vireport.text.formatting import OF_A_MODEL, Exactness, shown
+from vireport.wording.said import Said
 
 NO_DIFFERENCE = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made
@@ -50,8 +52,8 @@ class ComparisonRow(Struct, frozen=True):
     differs : bool
         Whether that is more than rounding. True with `change` None: it exists in some scenarios only, or what differs
         is no number.
-    sentence : str
-        What differs, with the numbers; "" for a statement of a comparison.
+    said : Said or None
+        What differs, with the numbers; None for a statement of a comparison.
     """
 
     quantity: str
@@ -60,7 +62,7 @@ class ComparisonRow(Struct, frozen=True):
     cells: tuple[ComparedQuantity, ...]
     change: float | None
     differs: bool
-    sentence: str
+    said: Said | None = None
 
     def __repr__(self) -> str:
         values = ", ".join(shown(value) if isinstance(value, float) else str(value) for value in self.values)
@@ -96,8 +98,17 @@ class ComparisonRow(Struct, frozen=True):
         """Why a value is None, or what there is to say about it; "" else."""
         return tuple(cell.note for cell in self.cells)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give plain data, ready for JSON."""
+    @property
+    def sentence(self) -> str:
+        """What differs, in the package's own words; "" for a statement of a comparison."""
+        return self.worded()
+
+    def worded(self, templates: Path | None = None) -> str:
+        """What differs, in the words of a user's folder of templates before the package's own."""
+        return "" if self.said is None else self.said.words(templates)
+
+    def to_dict(self, templates: Path | None = None) -> dict[str, Any]:
+        """Give plain data, ready for JSON, with the sentence in the words of a folder of templates."""
         return {
             "quantity": self.quantity,
             "group": self.group,
@@ -106,7 +117,7 @@ class ComparisonRow(Struct, frozen=True):
             "notes": list(self.notes),
             "change": self.change,
             "differs": self.differs,
-            "sentence": self.sentence,
+            "sentence": self.worded(templates),
         }
 
 
@@ -197,7 +208,7 @@ def _row(
     entries = tuple(cells.values())
     if of.is_statement:
         differs = not all(same_statement(entries[0].value, cell.value) for cell in entries)
-        return ComparisonRow(of.name, of.group, of.unit, entries, None, differs, "")
+        return ComparisonRow(of.name, of.group, of.unit, entries, None, differs)
     with_value = [cell for cell in entries if cell.value is not None]
     values = [cell.value for cell in with_value]
     absent = any(cell.finding for cell in entries)
@@ -208,8 +219,8 @@ def _row(
     share = spread / size if apart else 0.0
     types = of.group is QuantityGroup.DESIGN_POINT and len({cell.note for cell in with_value}) > 1
     change = None if absent or len(with_value) < 2 else share
-    differs, sentence = absent or apart or types, side_by_side(of, cells, share, exactness)
-    return ComparisonRow(of.name, of.group, of.unit, entries, change, differs, sentence)
+    differs, said = absent or apart or types, side_by_side(of, cells, share, exactness)
+    return ComparisonRow(of.name, of.group, of.unit, entries, change, differs, said)
 
 
 def same_statement(value: Any, other: Any) -> bool:

@@ -11,8 +11,9 @@ from typing import Any
 from vireport.chart.chart import Chart
 from vireport.chart.words import Naming, words_given
 from vireport.gate.alerts import NEAR_CRITICAL
-from vireport.gate.opening import Opening, Statement, gravest, words_of
+from vireport.gate.opening import Opening, Statement, gravest
 from vireport.gate.verdict import Status
+from vireport.wording.said import words_of
 
 _said = words_of("chart")
 

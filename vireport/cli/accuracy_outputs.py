@@ -14,7 +14,7 @@ from vireport.checks.accuracy_tables import measurements, power, ranking
 from vireport.checks.methods import CLOSED, WHOLE
 from vireport.checks.workprecision import WorkPrecision, accuracy_data
 from vireport.gate.findings import findings, found_by
-from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
+from vireport.gate.opening import Opening, Statement, gravest
 from vireport.gate.verdict import Status
 from vireport.scenario.blocks import AccuracyBlock
 from vireport.scenario.loading import Loaded
@@ -22,6 +22,7 @@ from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse
 from vireport.text.tables import Table, plain_text
+from vireport.wording.said import Said, words_of
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress

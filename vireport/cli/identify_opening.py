@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from vireport.design.measured import HeldHarmonics, MeasuredShare
 from vireport.gate.alerts import record_alerts
-from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
+from vireport.gate.opening import Opening, Statement, gravest
 from vireport.gate.verdict import Status
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted
@@ -18,6 +18,7 @@ from vireport.measurement.misfit import LEVEL, BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt
 from vireport.measurement.signals import Signals
 from vireport.text.formatting import ROUGHLY, measured, shown
+from vireport.wording.said import Said, words_of
 
 _said = words_of("identify")
 

@@ -114,11 +114,14 @@ def run_outcome(
         from vireport.changes.diff_outputs import changes_table, diff_text
 
         changed = diff(baseline, study)
-        summary, changes = f"{summary}\n{diff_text(changed)}", changes_table(changed)
+        summary, changes = (
+            f"{summary}\n{diff_text(changed, templates=templates)}",
+            changes_table(changed, templates=templates),
+        )
     files = run_files(study, command, templates, say, changes, paper, width_mm=width_mm, every_figure=every_figure)
     outcome = _judged(study, printed, _certificates(study), files, summary)
     others = [task for task in NAMES if task not in formats]
-    return replace(_again(outcome, study, earlier), stale=file_names(formats), beside=file_names(others))
+    return replace(_again(outcome, study, earlier, templates), stale=file_names(formats), beside=file_names(others))
 
 
 DOUBTFUL_INPUTS = (AlertCode.IMPLAUSIBLE_INPUT, AlertCode.RECORD_DOUBTFUL)
@@ -199,13 +202,15 @@ def _judged(
     return CommandOutcome(printed, text, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
 
 
-def _again(outcome: CommandOutcome, study: Study, earlier: Earlier | None) -> CommandOutcome:
+def _again(
+    outcome: CommandOutcome, study: Study, earlier: Earlier | None, templates: Path | None = None
+) -> CommandOutcome:
     """The outcome with what differs from the results of the earlier run that the scenario comes from, if it does."""
     if earlier is None:
         return outcome
     from vireport.changes.diff_outputs import rerun_text
 
-    lines = (outcome.summary or outcome.failure, rerun_text(earlier.results, study, earlier.file))
+    lines = (outcome.summary or outcome.failure, rerun_text(earlier.results, study, earlier.file, templates))
     return replace(outcome, summary="\n".join(filter(None, lines)))
 
 

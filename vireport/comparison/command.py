@@ -46,12 +46,11 @@ def compare(
     are.
     """
     if exit_code:
-        writing = ("output", "format_", "templates", "paper", "figure_width")
+        writing = ("output", "format_", "paper", "figure_width")
         refuse(context, "--exit-code prints what has changed between two", "vary", "rank_by", *writing)
         with progress(quiet, verbose) as say:
-            outcome = _changes(
-                scenarios, set_, allow_outside, tolerance, "json" if json else "markdown" if markdown else "", say
-            )
+            form = "json" if json else "markdown" if markdown else ""
+            outcome = _changes(scenarios, set_, allow_outside, tolerance, form, templates, say)
         deliver(outcome, quiet=quiet)
         return
     refuse(context, "without --exit-code no changes are listed", "tolerance", "markdown")
@@ -83,11 +82,11 @@ def compare(
         if not json:
             outcome = compare_outcome(comparison, formats, command, templates, say, paper, width_mm, verbose)
     if json:
-        outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command)))
+        outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command), templates))
     if not (quiet or vary or set_):
         for before, study in zip(earlier, comparison.studies, strict=True):
             if before is not None:
-                tell(rerun_text(before.results, study, before.file).splitlines())
+                tell(rerun_text(before.results, study, before.file, templates).splitlines())
     folder = output or folder_of(comparison, command)
     if not json:
         require_writable(folder, names, force)
@@ -95,7 +94,13 @@ def compare(
 
 
 def _changes(
-    files: Sequence[str], overrides: list[str] | None, allow_outside: bool, tolerance: float, form: str, say: Any
+    files: Sequence[str],
+    overrides: list[str] | None,
+    allow_outside: bool,
+    tolerance: float,
+    form: str,
+    templates: Path | None,
+    say: Any,
 ) -> CommandOutcome:
     """What has changed since an earlier run, whose results are those that it wrote."""
     if len(files) != 2:
@@ -125,7 +130,7 @@ def _changes(
     if form == "json":
         return CommandOutcome(diff_json(changes, tolerance), exit_code=code)
     render = diff_markdown if form else diff_text
-    text = render(changes, "standard input" if old == "-" else Path(old).name)
+    text = render(changes, "standard input" if old == "-" else Path(old).name, templates)
     return CommandOutcome(text=text.rstrip("\n") + "\n", exit_code=code)
 
 

@@ -17,8 +17,7 @@ from msgspec import Struct
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import WorkStep
-from vireport.changes.messages import Message
-from vireport.changes.quantities import NO_MASS, QuantityGroup, compared_scenarios
+from vireport.changes.quantities import QuantityGroup, compared_scenarios
 from vireport.changes.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.opening import comparison_opening
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, rank_studies, ranking_table, remarks
@@ -30,6 +29,9 @@ from vireport.study.study import Study, analyse
 from vireport.text.foreign import visible
 from vireport.text.formatting import Exactness
 from vireport.text.tables import html_table
+from vireport.wording.said import Said, words_of
+
+_said = words_of("compare")
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -117,10 +119,16 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Which scenarios have no margin, or no voltage, to compare."""
-        return tuple(remarks(self.ranking))
+        return tuple(remark.words() for remark in remarks(self.ranking))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the comparison as plain data, ready for JSON."""
+    def to_dict(self, templates: Path | None = None) -> dict[str, Any]:
+        """Give the comparison as plain data, ready for JSON.
+
+        Parameters
+        ----------
+        templates : Path, optional
+            A folder whose words come before the package's own: of sentences, all else is the same with any.
+        """
         scenarios = [
             {
                 "name": name,
@@ -136,7 +144,7 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
             "scenarios": scenarios,
             "settings": [{"path": row.quantity, "values": list(row.values)} for row in self.settings],
             "ranking": [scenario.to_dict() for scenario in self.ranking],
-            "quantities": [row.to_dict() for row in self.quantities],
+            "quantities": [row.to_dict(templates) for row in self.quantities],
         }
 
     def rows(self) -> list[dict[str, Any]]:
@@ -242,14 +250,14 @@ def _solved(variant: Variant, say: Progress) -> Study:
         raise NumericalError(f"{variant.name}: {error}") from error
 
 
-def left_out(comparison: Comparison, figure: str) -> list[tuple[str, str]]:
+def left_out(comparison: Comparison, figure: str) -> list[tuple[str, Said]]:
     """List the scenarios that a figure, one of `COMPARED_FIGURES`, does not show, and why."""
-    missing: list[tuple[str, str]] = []
+    missing: list[tuple[str, Said]] = []
     for name, study in comparison.by_name.items():
         if study.solution.sweep is None:
-            missing.append((name, Message.HAS_NO_SWEEP))
+            missing.append((name, _said("has_no_sweep")))
         elif figure == "figure-7" and study.solution.membrane is None:
-            missing.append((name, NO_MASS))
+            missing.append((name, _said("has_no_ball_mass")))
     return missing
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.changes.messages import Message, listed
+from vireport.changes.sentences import listed
 from vireport.comparison.comparison import (
     COMPARED_FIGURES,
     OVERLAY,
@@ -27,7 +28,9 @@ from vireport.figures.sweeps import Drawing, drawing_of, sweep_figure
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task
-from vireport.text.formatting import capital
+from vireport.wording.said import Said, words_of
+
+_said = words_of("compare")
 
 PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
@@ -41,18 +44,20 @@ Columns = dict[str, Drawing]
 """The scenarios of one figure by their names."""
 
 
-def compare_pictures(comparison: Comparison) -> tuple[Picture, ...]:
+def compare_pictures(comparison: Comparison, templates: Path | None = None) -> tuple[Picture, ...]:
     """Draw all scenarios on one axis, and figures 2, 4 and 7 with at most five of them beside one another.
 
     Parameters
     ----------
     comparison : Comparison
         Scenarios without a sweep are left out, and from figure 7 those without a ball mass.
+    templates : Path, optional
+        A folder whose words come before the package's own.
     """
-    return (*_overlaid(comparison), *_side_by_side(comparison))
+    return (*_overlaid(comparison, templates), *_side_by_side(comparison, templates))
 
 
-def _overlaid(comparison: Comparison) -> Iterator[Picture]:
+def _overlaid(comparison: Comparison, templates: Path | None) -> Iterator[Picture]:
     """Draw all scenarios on one axis, or the best of them; nothing where there are not two to draw."""
     axis_name = comparison.axes.always[0]
     parameter = axis_name if isinstance(axis_name, Parameter) else None
@@ -66,20 +71,19 @@ def _overlaid(comparison: Comparison) -> Iterator[Picture]:
                 drawn[scenario.name] = drawing
     if len(drawn) < 2:
         return
-    axis = Message.OVER.format(parameter=parameter.quantity) if parameter else Message.OVER_D
+    axis = _said("over", parameter.quantity) if parameter else _said("over_d")
     others = [name for name in comparison.names if name not in drawn]
-    remarks = [Message.NOT_DRAWN.format(names=listed(others))] if others else []
+    remarks = [_said("not_drawn", listed(others))] if others else []
     unstable = [name for name, drawing in drawn.items() if not has_stable(drawing)]
     if 0 < len(unstable) < len(drawn):
-        remarks.append(Message.NO_STABLE_VOLTAGE.format(names=listed(unstable)))
-    caption = Message.CAPTION.format(axis=axis)
-    if remarks:
-        caption = f"{caption} {capital('; '.join(remarks))}."
+        remarks.append(_said("no_stable_voltage", listed(unstable)))
+    shown = _said("overlay_caption_remarks", axis, remarks) if remarks else _said("overlay_caption", axis)
     ranked = [scenario for scenario in comparison.ranking if scenario.name in drawn]
-    ranges = "; ".join(f"{scenario.name}: {scenario.show(Merit.RANGE)}" for scenario in ranked)
-    alt = Message.LINE_CHARTS.format(count=len(drawn), axis=axis, overlaid=Message.OVERLAID, ranges=ranges)
+    ranges = [_said("stable_range", scenario.name, scenario.said(Merit.RANGE)) for scenario in ranked]
+    description = _said("overlay_alt", len(drawn), axis, ranges)
+    title, caption, alt = (said.words(templates) for said in (_said("overlay_title"), shown, description))
 
-    yield Picture(OVERLAY, Message.ALL_ON_ONE_AXIS, caption, alt, overlay(drawn, parameter))
+    yield Picture(OVERLAY, title, caption, alt, overlay(drawn, parameter))
 
 
 def _with_stable(drawing: Drawing) -> Drawing:
@@ -92,14 +96,14 @@ def _with_stable(drawing: Drawing) -> Drawing:
     return replace(drawing, parts=parts, events=events)
 
 
-def _side_by_side(comparison: Comparison) -> Iterator[Picture]:
+def _side_by_side(comparison: Comparison, templates: Path | None) -> Iterator[Picture]:
     """Draw the scenarios beside one another, with so many figures of a kind as it takes."""
     return (
         Picture(
             figure if number == 1 else f"{figure}-{number}",
-            title_of(figure),
-            _caption(figure, page),
-            _alt(figure, page),
+            title_of(figure, templates),
+            _caption(figure, page, templates),
+            _alt(figure, page, templates),
             _figure(figure, page),
         )
         for figure in PANELS
@@ -183,24 +187,25 @@ def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
     return ", ".join(common), [", ".join(text for text in texts if text not in common) for texts in each]
 
 
-def _caption(figure: Task, page: Columns) -> str:
+def _caption(figure: Task, page: Columns, templates: Path | None) -> str:
     """Say what the columns of a figure show, each with the letters of its panels."""
     common, differing = _conditions(list(page.values()))
-    columns = [common] if common else []
+    columns: list[str | Said] = [common] if common else []
     for column, (scenario, drawing) in enumerate(page.items()):
         first, last = (letter_of(column * PANELS[figure] + row) for row in (0, PANELS[figure] - 1))
         letters = f"({first})" if first == last else f"({first})–({last})"
         parts = [text for text in (differing[column], swept_range(drawing.study)) if text]
-        columns.append(f"{letters} {scenario}: {', '.join(parts)}")
-    return f"{about(figure)}{Message.SHARED_AXES if len(page) > 1 else ''}. {'; '.join(columns)}."
+        columns.append(_said("column", letters, scenario, parts))
+    macro = "panels_shared" if len(page) > 1 else "panels_alone"
+    return _said(macro, about(figure, templates), columns).words(templates)
 
 
-def _alt(figure: Task, page: Columns) -> str:
+def _alt(figure: Task, page: Columns, templates: Path | None) -> str:
     """Describe a figure to those who cannot see it."""
-    columns, panels = len(page), PANELS[figure]
-    head = Message.PANELS.format(columns=columns, cs="s" * (columns != 1), panels=panels, ps="s" * (panels != 1))
-    columns_in_words = (
-        f"{capital(scenario)}: {alt_text(figure, shown_along(drawing.study, figure, drawing.simulated))}"
-        for scenario, drawing in page.items()
-    )
-    return " ".join([head, *columns_in_words])
+    columns = [
+        _said("column_alt", name, alt_text(figure, shown_along(drawing.study, figure, drawing.simulated), templates))
+        for name, drawing in page.items()
+    ]
+    across = _said("columns" if len(page) > 1 else "one_column", len(page))
+    down = _said("panels" if PANELS[figure] > 1 else "one_panel", PANELS[figure])
+    return _said("panels_alt", across, down, columns).words(templates)

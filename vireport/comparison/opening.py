@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from vireport.changes.messages import Message, listed
+from vireport.changes.sentences import NOTHING, listed
 from vireport.comparison.ranking import FIRST, RANKED_DIGITS, VOLTAGES, Merit, Ranked, held_against
-from vireport.gate.opening import Opening, Said, Statement, gravest, words_of
+from vireport.gate.opening import Opening, Statement, gravest
 from vireport.gate.verdict import AnyConclusion, Status
 from vireport.text.formatting import ABSENT, percent
+from vireport.wording.said import Said, words_of
 
 _said = words_of("compare")
 
@@ -44,7 +45,7 @@ def _sentence(ranked: Sequence[Ranked], best: Sequence[str]) -> Said:
     merit = _decisive(ranked[0], following)
     if merit is Merit.MARGIN and margin is not None and margin.data.not_known:
         return _said("best_margin_rigid", listed(best), following.name)
-    return _said(f"best_{merit.name.lower()}", listed(best), following.name)
+    return _said(f"best_{merit}", listed(best), following.name)
 
 
 def _decisive(better: Ranked, following: Ranked) -> Merit:
@@ -61,17 +62,17 @@ def _why(ranked: Sequence[Ranked]) -> Iterator[Statement]:
     merit = _decisive(ranked[0], following)
     if merit is not Merit.STABILITY:
         numbers = _number(ranked[0], merit), following.name, _number(following, merit)
-        yield Statement(Status.GOOD, _said(f"why_{merit.name.lower()}", *numbers))
+        yield Statement(Status.GOOD, _said(f"why_{merit}", *numbers))
 
 
-def _number(scenario: Ranked, merit: Merit) -> str:
+def _number(scenario: Ranked, merit: Merit) -> str | Said:
     """A merit within a fact."""
     if merit is Merit.REQUIREMENTS:
         # Those that are missed, not those that are met: 1 of 1 met comes before 3 of 4, and so does nothing required.
         count = len(scenario.study.criteria)
-        return Message.OF_THEM.format(part=count - scenario.passed, count=count)
-    text = scenario.show(merit)
-    return Message.NONE if text == ABSENT else text
+        return _said("of_them", count - scenario.passed, count)
+    text = scenario.said(merit)
+    return NOTHING if text == ABSENT else text
 
 
 def _against(ranked: Sequence[Ranked]) -> Iterator[Statement]:
@@ -83,8 +84,10 @@ def _against(ranked: Sequence[Ranked]) -> Iterator[Statement]:
                 if conclusion.status is status:
                     whose.setdefault(conclusion, []).append(scenario.name)
         if whose:
-            every = (Message.ALL if len(names) == len(ranked) else listed(names) for names in whose.values())
-            parts = [_said("of", held_against(one), names) for one, names in zip(whose, every, strict=True)]
+            parts = [
+                _said("of", held_against(conclusion), _said("all") if len(names) == len(ranked) else listed(names))
+                for conclusion, names in whose.items()
+            ]
             yield Statement(status, _said("lacking", parts))
 
 
@@ -99,5 +102,5 @@ def _traded(ranked: Sequence[Ranked]) -> Iterator[Statement]:
         if mine > 0 and round(most / mine - 1, RANKED_DIGITS) > 0 and top.name not in named:
             named.add(top.name)
             more = percent(most / mine - 1, signed=True)
-            values = top.name, top.show(merit), more, top.show(Merit.MARGIN)
-            yield Statement(Status.NEUTRAL, _said(f"traded_{merit.name.lower()}", *values))
+            values = top.name, top.said(merit), more, top.said(Merit.MARGIN)
+            yield Statement(Status.NEUTRAL, _said(f"traded_{merit}", *values))

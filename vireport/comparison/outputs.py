@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from vireport.changes.messages import Message
 from vireport.command.outcome import CommandOutcome
 from vireport.command.outputs import file_names
 from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
-from vireport.comparison.ranking import ranking_table
+from vireport.comparison.ranking import ranking_table, remarks
 from vireport.comparison.variants import MOST_SCENARIOS
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import csv_bytes, json_bytes
 from vireport.text.tables import plain_text
+from vireport.wording.said import Said
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -69,9 +69,10 @@ def terminal_summary(comparison: Comparison, tables: bool = False, templates: Pa
     if not tables:
         return "\n".join(lines)
     different, count = len(comparison.differences), len(comparison.quantities)
-    counted = Message.COUNT.format(different=different, count=count)
-    sentences = [f"{counted}{':' if different else '.'}", *(row.sentence for row in comparison.differences)]
-    ranking = plain_text((ranking_table(comparison.ranking), " ".join(comparison.remarks)))
+    counted = Said("count", (different, count), "compare").words(templates)
+    sentences = [f"{counted}{':' if different else '.'}", *(row.worded(templates) for row in comparison.differences)]
+    remarked = " ".join(remark.words(templates) for remark in remarks(comparison.ranking))
+    ranking = plain_text((ranking_table(comparison.ranking, templates), remarked))
     return "\n".join([*lines, "", ranking.rstrip("\n"), "", *sentences])
 
 
@@ -92,7 +93,7 @@ def render_comparison(
         from vireport.figures.style import Sheet, drawn_for
 
         with drawn_for(Sheet.of(width_mm)):
-            drawn = compare_pictures(comparison)
+            drawn = compare_pictures(comparison, templates)
         say("setting the report")
         from vireport.comparison.pages import ComparisonReport
         from vireport.report.rendering import render_files
@@ -101,7 +102,7 @@ def render_comparison(
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin, templates)
         files |= render_files(report, formats, templates, paper)
     if "json" in formats:
-        files["compare.json"] = compare_json(comparison, provenance)
+        files["compare.json"] = compare_json(comparison, provenance, templates)
     if "csv" in formats:
         files["compare.csv"] = compare_csv(comparison)
     if "markdown" in formats:
@@ -132,9 +133,9 @@ def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
     )
 
 
-def compare_json(comparison: Comparison, provenance: Provenance) -> bytes:
-    """Write the comparison as JSON, one top-level key a line."""
-    return json_bytes(comparison.to_dict(), provenance)
+def compare_json(comparison: Comparison, provenance: Provenance, templates: Path | None = None) -> bytes:
+    """Write the comparison as JSON, one top-level key a line, its sentences in the words of a folder of templates."""
+    return json_bytes(comparison.to_dict(templates), provenance)
 
 
 def compare_csv(comparison: Comparison) -> bytes:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.changes.messages import Message, listed
 from vireport.changes.quantities import QuantityGroup
+from vireport.changes.sentences import NOTHING, listed
 from vireport.changes.table import ComparisonRow
 from vireport.comparison.comparison import (
     BESIDE_ONE_ANOTHER,
@@ -21,16 +21,20 @@ from vireport.comparison.comparison import (
     columns,
     left_out,
 )
-from vireport.comparison.ranking import margins_table, ranking_table
+from vireport.comparison.ranking import margins_table, ranking_table, remarks
 from vireport.gate.opening import WordedOpening
 from vireport.scenario.parameters import Parameter
 from vireport.study.provenance import Provenance
 from vireport.study.results import SWEEP_END
 from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, shown, words, written
 from vireport.text.tables import Table, numbers, texts
+from vireport.wording.said import Said, spoken, words_of
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
+
+
+_said = words_of("compare")
 
 
 class ComparisonReport(Struct, frozen=True, eq=False):
@@ -58,7 +62,10 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         """The names of the scenarios, where they are few."""
         names = self.comparison.names
         few = len(names) <= FEW_NAMES
-        return Message.TITLE.format(names=listed(names) if few else Message.SCENARIOS.format(count=len(names)))
+        return self._say(_said("title", listed(names) if few else _said("scenarios", len(names))))
+
+    def _say(self, said: Said) -> str:
+        return said.words(self.templates)
 
     @property
     def verdict(self) -> WordedOpening:
@@ -70,15 +77,15 @@ class ComparisonReport(Struct, frozen=True, eq=False):
     @property
     def remarks(self) -> tuple[str, ...]:
         """What else is to be known of the ranking."""
-        return tuple(map(_plain, self.comparison.remarks))
+        return tuple(_plain(self._say(remark)) for remark in remarks(self.comparison.ranking))
 
     def ranking(self) -> Table:
         """The scenarios, the best first."""
-        return _inert(ranking_table(self.comparison.ranking))
+        return _inert(ranking_table(self.comparison.ranking, self.templates))
 
     def margins(self) -> Table | None:
         """The nearest end of stable motion along each input; None where no scenario has one."""
-        table = margins_table(self.comparison.ranking)
+        table = margins_table(self.comparison.ranking, self.templates)
         return None if table is None else _inert(table)
 
     @property
@@ -89,21 +96,43 @@ class ComparisonReport(Struct, frozen=True, eq=False):
 
     def critical_points(self) -> Iterator[Table]:
         """The critical points of all scenarios."""
-        return _side_by_side(self.comparison, Message.CRITICAL_POINTS, [QuantityGroup.CRITICAL_POINT])
+        return self._side_by_side("critical_points", [QuantityGroup.CRITICAL_POINT])
 
     def quantities(self) -> Iterator[Table]:
         """All quantities of all scenarios but the critical points."""
         groups = [group for group in QuantityGroup if group is not QuantityGroup.CRITICAL_POINT]
-        return _side_by_side(self.comparison, Message.QUANTITIES, groups)
+        return self._side_by_side("quantities", groups)
+
+    def _side_by_side(self, title: str, groups: Sequence[QuantityGroup]) -> Iterator[Table]:
+        """Set the quantities of some groups in a row each, with as many scenarios beside one another as fit."""
+        comparison, names = self.comparison, self.comparison.names
+        chosen = [row for row in comparison.quantities if row.group in groups]
+        first, last = _said("quantities_heads").parts(self.templates)
+        for part in columns(len(names)) if chosen else ():
+            rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
+            lines = tuple(
+                (
+                    _plain(capital(row.heading)),
+                    *_numbers(row, part, comparison.exactness, self.templates),
+                    spoken(_difference(row), self.templates),
+                )
+                for row in rows
+            )
+            head = (*texts(first), *numbers(*map(_plain, names[part]), last))
+            caption = _said(title)
+            if len(names) > BESIDE_ONE_ANOTHER:
+                caption = _said("of_scenarios", caption, listed(names[part]))
+            note = _dashes(names[part], part, rows)
+            yield Table(_plain(self._say(caption)), head, lines, "" if note is None else _plain(self._say(note)))
 
     def settings(self) -> Iterator[Table]:
         """The values by which scenarios differ, a scenario in each row."""
-        names = self.comparison.names
+        names, scenario = self.comparison.names, self._say(_said("head_scenario"))
         for part in columns(len(self.comparison.settings)):
             settings = self.comparison.settings[part]
             rows = tuple((name, *(written(row.values[k]) for row in settings)) for k, name in enumerate(names))
-            head = (*texts("Scenario"), *numbers(*(row.quantity for row in settings)))
-            yield _inert(Table(Message.SETTINGS, head, rows))
+            head = (*texts(scenario), *numbers(*(row.quantity for row in settings)))
+            yield _inert(Table(self._say(_said("settings")), head, rows))
 
     def alerts(self) -> Table | None:
         """The alerts with the scenarios that raise them; None where there is none."""
@@ -112,17 +141,21 @@ class ComparisonReport(Struct, frozen=True, eq=False):
             for alert in study.alerts:
                 key = (alert.severity.rank, alert.code, capital(alert.severity), words(alert.title))
                 names.setdefault(key, []).append(name)
-        rows = tuple((*key[1:], _plain(listed(whose))) for key, whose in sorted(names.items()))
-        head = texts("Code", "Severity", "Alert", "Scenarios")
-        return Table(Message.ALERTS, head, rows, Message.CAUSES) if rows else None
+        rows = tuple((*key[1:], _plain(self._listed(raising))) for key, raising in sorted(names.items()))
+        head = texts(*_said("alerts_heads").parts(self.templates))
+        return Table(self._say(_said("alerts")), head, rows, self._say(_said("causes"))) if rows else None
+
+    def _listed(self, names: Sequence[str]) -> str:
+        return str(spoken(listed(names), self.templates))
 
     def left_out(self) -> Iterator[tuple[str, str]]:
         """What is not in the report, and why."""
         for figure in COMPARED_FIGURES:
-            names: dict[str, list[str]] = {}
+            names: dict[Said, list[str]] = {}
             for name, why in left_out(self.comparison, figure):
                 names.setdefault(why, []).append(name)
-            yield from ((f"{capital(figure)} of {listed(whose)}", capital(why)) for why, whose in names.items())
+            for why, lacking in names.items():
+                yield self._say(_said("figure_of", figure, listed(lacking))), capital(self._say(why))
 
     def origins(self) -> Iterator[tuple[str, str, str, str]]:
         """Name, file, what was set over it, and hash of each scenario."""
@@ -152,50 +185,36 @@ def _plain(text: str) -> str:
     return re.sub(r"(?<!\w)([^\W\d_])_(?!ave\b)", "\\1\u2060_", text.replace("*", "\u2217"))
 
 
-def _side_by_side(comparison: Comparison, title: str, groups: Sequence[QuantityGroup]) -> Iterator[Table]:
-    """Set the quantities of some groups in a row each, with as many scenarios beside one another as fit."""
-    names = comparison.names
-    chosen = [row for row in comparison.quantities if row.group in groups]
-    for part in columns(len(names)) if chosen else ():
-        rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
-        lines = tuple(
-            (_plain(capital(row.heading)), *_numbers(row, part, comparison.exactness), _apart(row)) for row in rows
-        )
-        head = (*texts("Quantity"), *numbers(*map(_plain, names[part]), "Difference"))
-        several = Message.OF_SCENARIOS.format(caption=title, names=listed(names[part]))
-        caption = several if len(names) > BESIDE_ONE_ANOTHER else title
-        yield Table(_plain(caption), head, lines, _plain(_dashes(names[part], part, rows)))
-
-
-def _numbers(row: ComparisonRow, part: slice, exactness: Exactness) -> Iterator[str]:
+def _numbers(row: ComparisonRow, part: slice, exactness: Exactness, templates: Path | None) -> Iterator[str]:
     """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
     values = [value for value in row.values if value is not None]
     printed = apart(values, exactness) if row.change != 0 else [shown(value, exactness) for value in values]
     texts = dict(zip(values, printed, strict=True))
     for cell in row.cells[part]:
         if cell.value is None:
-            yield Message.NONE if cell.finding else ABSENT
+            yield NOTHING.words(templates) if cell.finding else ABSENT
         else:
-            note = Message.SWEEP_END if cell.note == SWEEP_END else cell.note
-            yield f"{texts[cell.value]} ({note})" if note else texts[cell.value]
+            note = _said("sweep_end") if cell.note == SWEEP_END else cell.note
+            number = _said("noted", texts[cell.value], note) if note else texts[cell.value]
+            yield spoken(number, templates)
 
 
-def _apart(row: ComparisonRow) -> str:
-    """Print how far apart the values are."""
+def _difference(row: ComparisonRow) -> str | Said:
+    """How far apart the values are."""
     if row.change is None:
-        return Message.ONLY_SOME if row.differs else ABSENT
-    return percent(row.change) if row.change or not row.differs else Message.OTHER_TYPE
+        return _said("only_some") if row.differs else ABSENT
+    return percent(row.change) if row.change or not row.differs else _said("other_type")
 
 
-def _dashes(names: Sequence[str], part: slice, rows: Sequence[ComparisonRow]) -> str:
-    """Tell why there are dashes."""
+def _dashes(names: Sequence[str], part: slice, rows: Sequence[ComparisonRow]) -> Said | None:
+    """Why there are dashes; None where there is none."""
     reasons: dict[str, dict[str, None]] = {}
     for row in rows:
         for name, cell in zip(names, row.cells[part], strict=True):
             if cell.value is None and not cell.finding:
                 reasons.setdefault(cell.note, {})[name] = None
-    said = "; ".join(f"{reason} ({listed(list(whose))})" for reason, whose in reasons.items())
-    return Message.DASHES.format(reasons=said) if said else ""
+    parts = [_said("dash", reason, listed(list(lacking))) for reason, lacking in reasons.items()]
+    return _said("dashes", parts) if parts else None
 
 
 def _file(name: str) -> str:

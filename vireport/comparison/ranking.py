@@ -8,59 +8,46 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from math import inf, isfinite
+from pathlib import Path
 from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.changes.messages import Message, listed
+from vireport.changes.sentences import NOTHING, listed
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint
-from vireport.gate.opening import Said, margin_said
+from vireport.gate.opening import margin_said
 from vireport.gate.verdict import AddedConclusion, AnyConclusion
 from vireport.scenario.parameters import DesignInput
 from vireport.shocks.withstood import Withstood
 from vireport.study.study import Study
 from vireport.text.foreign import visible
-from vireport.text.formatting import ABSENT, capital, percent, quantity, shown
+from vireport.text.formatting import ABSENT, percent, quantity, shown
 from vireport.text.tables import Table, numbers, texts
+from vireport.wording.said import Said, spoken, words_of
+
+_said = words_of("compare")
 
 RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""
-
-LIMITED_BY = "Limited by"
-"""Head of the column on what leaves the least margin."""
 
 IMPACTS_PER_PERIOD = 2
 """Impacts of a 1:1 motion in one of its periods."""
 
 
 class Merit(StrEnum):
-    """What scenarios are ranked by, what matters most first, some only where asked for; more of each is better.
+    """What scenarios are ranked by, what matters most first, some only where asked for; more of each is better."""
 
-    Attributes
-    ----------
-    head : str
-        Of its column; "" for stable motion, which the verdict says.
-    """
-
-    head: str
-
-    def __new__(cls, words: str, head: str) -> Merit:
-        """Make the member whose value is what it is in words."""
-        member = str.__new__(cls, words)
-        member._value_, member.head = words, head
-        return member
-
-    REQUIREMENTS = "requirements", "Requirements"
-    STABILITY = "stability", ""
-    FROM_REST = "reached from rest", "From rest"
-    RECOVERY = "recovery", "Recovery"
-    SHOCK = "least shock", "Least shock"
-    MARGIN = "margin to use", "Margin to use"
-    RANGE = "stable range", "Stable range"
-    VOLTAGE = "mean voltage", "Mean voltage"
-    RATE = "voltage per second", "Per second"
+    REQUIREMENTS = "requirements"
+    STABILITY = "stability"
+    FROM_REST = "from_rest"
+    RECOVERY = "recovery"
+    SHOCK = "shock"
+    MARGIN = "margin"
+    RANGE = "range"
+    VOLTAGE = "voltage"
+    RATE = "rate"
 
 
 RANK_BY = {"from-rest": Merit.FROM_REST, "recovery": Merit.RECOVERY, "shock": Merit.SHOCK}
@@ -70,6 +57,9 @@ ALWAYS = tuple(merit for merit in Merit if merit not in RANK_BY.values())
 VOLTAGES = Merit.VOLTAGE, Merit.RATE
 FIRST = Merit.REQUIREMENTS, Merit.STABILITY
 """What no other merit makes up for."""
+
+HEADS = "head_scenario", "head_rank", "head_verdict"
+"""What the first columns of the ranking are called: macros."""
 
 RANKING_COLUMNS = (Merit.REQUIREMENTS, *RANK_BY.values(), Merit.MARGIN, Merit.VOLTAGE, Merit.RATE, Merit.RANGE)
 """Columns of the ranking, in which a wide one comes last."""
@@ -125,12 +115,16 @@ class Ranked(Struct, frozen=True, eq=False):
         """Requirements that are met."""
         return sum(criterion.passed for criterion in self.study.criteria)
 
-    def show(self, merit: Merit) -> str:
+    def show(self, merit: Merit, templates: Path | None = None) -> str:
         """Print a merit with its unit, or a dash where there is none."""
+        return str(spoken(self.said(merit), templates))
+
+    def said(self, merit: Merit) -> str | Said:
+        """A merit with its unit, to be said within a sentence or a table; a dash where there is none."""
         value = self.merits[merit]
         if merit is Merit.REQUIREMENTS:
             count = len(self.study.criteria)
-            return Message.OF_THEM.format(part=self.passed, count=count) if count else ABSENT
+            return _said("of_them", self.passed, count) if count else ABSENT
         if merit is Merit.RANGE:
             return "; ".join(self.study.verdict.inequalities) or ABSENT
         if merit in RANK_BY.values():
@@ -142,13 +136,12 @@ class Ranked(Struct, frozen=True, eq=False):
         return quantity(value, "V/s" if merit is Merit.RATE else "V", self.study.verdict.exactness)
 
     @property
-    def room(self) -> tuple[str, str]:
-        """The margin to use, and what limits it, in words; dashes where there is no stable motion at a design point."""
-        said = margin_said(self.study.verdict) if self.stable else None
-        return (ABSENT, ABSENT) if said is None else (said[0].words(), said[1].words())
+    def room(self) -> tuple[str | Said, str | Said]:
+        """The margin to use, and what limits it; dashes where there is no stable motion at a design point."""
+        return (margin_said(self.study.verdict) if self.stable else None) or (ABSENT, ABSENT)
 
-    def _disturbed(self, merit: Merit, value: float | None) -> str:
-        """Print what becomes of the motion as the device is switched on, or bumped."""
+    def _disturbed(self, merit: Merit, value: float | None) -> str | Said:
+        """What becomes of the motion as the device is switched on, or bumped."""
         disturbances, withstood = self.study.disturbances, _withstood(self.study)
         if merit is Merit.FROM_REST:
             return (
@@ -159,10 +152,10 @@ class Ranked(Struct, frozen=True, eq=False):
         if value is None:
             return ABSENT
         if merit is Merit.RECOVERY:
-            return Message.PERIODS.format(count=shown(-value))
+            return _said("periods", shown(-value))
         if withstood is not None and withstood.jump_m_s is not None:
             return quantity(withstood.jump_m_s, "m/s")
-        return Message.MORE_THAN.format(size=quantity(_withstands_all(self.study) or 0.0, "m/s"))
+        return _said("more_than", quantity(_withstands_all(self.study) or 0.0, "m/s"))
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
@@ -278,10 +271,10 @@ def _rigid_room(study: Study) -> float | None:
     return _room(design)[1] if design is not None and design.motions.stable_mask.any() else None
 
 
-def held_against(conclusion: AnyConclusion) -> str:
+def held_against(conclusion: AnyConclusion) -> Said:
     """A conclusion in a few words, as they stand in the column of verdicts and before names."""
     file = conclusion.words if isinstance(conclusion, AddedConclusion) else "compare"
-    return Said(f"lacks_{conclusion.name.lower()}", (), file).words()
+    return Said(f"lacks_{conclusion.name.lower()}", (), file)
 
 
 def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
@@ -293,59 +286,66 @@ def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     return end, inf if end is None else end.size
 
 
-def remarks(ranked: Sequence[Ranked]) -> Iterator[str]:
-    """Tell which scenarios cannot be compared in margin or voltage."""
-    for message, concerned in (
-        (Message.NO_DESIGN_POINT, [scenario for scenario in ranked if scenario.study.solution.design is None]),
-        (Message.NO_BALL_MASS, [scenario for scenario in ranked if scenario.study.solution.membrane is None]),
+def remarks(ranked: Sequence[Ranked]) -> Iterator[Said]:
+    """Say which scenarios cannot be compared in margin or voltage."""
+    for macro, concerned in (
+        ("no_design_point", [scenario for scenario in ranked if scenario.study.solution.design is None]),
+        ("no_ball_mass", [scenario for scenario in ranked if scenario.study.solution.membrane is None]),
     ):
         if 0 < len(concerned) < len(ranked):
-            yield message.format(names=listed([scenario.name for scenario in concerned]))
+            yield _said(macro, listed([scenario.name for scenario in concerned]))
 
 
-def ranking_table(ranked: Sequence[Ranked]) -> Table:
+def ranking_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Table:
     """Set the ranking with the numbers that it rests on."""
     order = ranked[0].order
     merits = [merit for merit in RANKING_COLUMNS if merit in order]
-    filled = [merit for merit in merits if any(scenario.show(merit) != ABSENT for scenario in ranked)]
-    extra = "".join(f"{merit}, " for merit in order if merit in RANK_BY.values())
-    heads = [merit.head for merit in filled]
-    rows = [(scenario.name, str(scenario.rank), _verdict(scenario), *map(scenario.show, filled)) for scenario in ranked]
+    filled = [merit for merit in merits if any(scenario.said(merit) != ABSENT for scenario in ranked)]
+    heads = [_said(f"head_{merit}") for merit in filled]
+    rows = [[*map(scenario.said, filled)] for scenario in ranked]
     if Merit.MARGIN in filled:
-        # What limits the margin stands after it.
-        at = filled.index(Merit.MARGIN) + 1
-        heads.insert(at, LIMITED_BY)
-        at += len(rows[0]) - len(filled)
-        rows = [(*row[:at], scenario.room[1], *row[at:]) for row, scenario in zip(rows, ranked, strict=True)]
-    columns = (*texts("Scenario"), *numbers("Rank"), *texts("Verdict", *heads))
-    return Table(Message.RANKING, columns, tuple(rows), Message.RANKED_BY.format(asked=extra))
+        after = filled.index(Merit.MARGIN) + 1
+        heads.insert(after, _said("head_limited_by"))
+        for row, scenario in zip(rows, ranked, strict=True):
+            row.insert(after, scenario.room[1])
+    scenario_head, rank_head, *other_heads = spoken([*map(_said, HEADS), *heads], templates)
+    columns = (*texts(scenario_head), *numbers(rank_head), *texts(*other_heads))
+    cells = tuple(
+        (scenario.name, str(scenario.rank), _verdict(scenario, templates), *spoken(row, templates))
+        for scenario, row in zip(ranked, rows, strict=True)
+    )
+    note = _said("ranked_by", [_said(f"by_{merit}") for merit in order if merit in RANK_BY.values()])
+    return Table(_said("ranking").words(templates), columns, cells, note.words(templates))
 
 
-def _verdict(scenario: Ranked) -> str:
+def _verdict(scenario: Ranked, templates: Path | None) -> str:
     """All that holds against a scenario."""
-    return capital("; ".join(map(held_against, scenario.study.verdict.conclusions)))
+    return _said("verdict", [held_against(of) for of in scenario.study.verdict.conclusions]).words(templates)
 
 
-def margins_table(ranked: Sequence[Ranked]) -> Table | None:
+def margins_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Table | None:
     """Set the nearest end of stable motion along each input; None where no scenario has stable motion."""
     designs = [(scenario.name, scenario.study.solution.design) for scenario in ranked]
     rows = tuple(
-        (name, *_ends(design)) for name, design in designs if design is not None and design.motions.stable_mask.any()
+        (name, *spoken(list(_ends(design)), templates))
+        for name, design in designs
+        if design is not None and design.motions.stable_mask.any()
     )
     if not rows:
         return None
     heads = (f"{varied.quantity} {varied.symbol}" for varied in DesignInput)
-    return Table(Message.MARGINS, (*texts("Scenario"), *numbers(*heads)), rows, Message.DISTANCES)
+    columns = (*texts(_said("head_scenario").words(templates)), *numbers(*heads))
+    return Table(_said("margins").words(templates), columns, rows, _said("distances").words(templates))
 
 
-def _ends(design: DesignPoint) -> Iterator[str]:
+def _ends(design: DesignPoint) -> Iterator[str | Said]:
     """Print the nearest end of stable motion along each input, with the letter of its kind."""
     for varied in DesignInput:
         nearest = design.nearest_ends.get(varied)
         if varied in design.unresolved_inputs:
-            yield Message.NOT_KNOWN
+            yield _said("not_known")
         elif nearest is None:
-            yield Message.NONE
+            yield NOTHING
         elif nearest.relative is None:  # the design value is zero, as the inclination of a horizontal capsule is
             yield f"{varied.signed(nearest.distance)} {nearest.event.letter}"
         else:

@@ -11,9 +11,10 @@ from time import perf_counter
 from typing import Any, NamedTuple, cast
 
 from vireport.base.errors import NumericalError, VireportError
-from vireport.gate.opening import Opening, Statement, words_of
+from vireport.gate.opening import Opening, Statement
 from vireport.gate.verdict import Status
 from vireport.text.formatting import ROUGHLY, shown
+from vireport.wording.said import words_of
 
 _said = words_of("verify")
 

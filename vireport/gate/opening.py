@@ -6,7 +6,7 @@ PDF, terminal, bench and notebook begin with the same opening.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from enum import Enum
 from math import inf, isclose
 from pathlib import Path
@@ -21,6 +21,7 @@ from vireport.gate.least_margin import LimitedBy, MarginToUse
 from vireport.gate.verdict import AddedConclusion, Conclusion, StableVoltages, Status, Verdict
 from vireport.scenario.blocks import LeftOut
 from vireport.text.alerts import AlertCode, Severity
+from vireport.wording.said import Said
 
 if TYPE_CHECKING:
     from vireport.checks.reproduction import Reproduction
@@ -55,51 +56,6 @@ SAID_OTHERWISE = {
     AlertCode.COEXISTING_MOTIONS,
 }
 """Alerts of which a fact or a tile has the substance."""
-
-
-BETWEEN = " | "
-"""What stands between the parts of a tile in its macro."""
-
-
-class Said(Struct, frozen=True, eq=False):
-    """Something to be said: a macro of a file of words, and what it is told.
-
-    A `Said` among what it is told is said first, also one in a list.
-    """
-
-    macro: str
-    given: tuple[object, ...] = ()
-    file: str = "opening"
-
-    __repr__ = brief
-
-    def words(self, templates: Path | None = None) -> str:
-        """What it says.
-
-        Parameters
-        ----------
-        templates : Path, optional
-            A folder whose words come before the package's own.
-
-        Raises
-        ------
-        RenderError
-            Where a macro fails, with the line.
-        """
-        from vireport.wording.templates import Words
-
-        return Words(self.file, templates)(self.macro, *(_spoken(part, templates) for part in self.given))
-
-
-def _spoken(part: object, templates: Path | None) -> object:
-    if isinstance(part, list):
-        return [_spoken(own, templates) for own in part]
-    return part.words(templates) if isinstance(part, Said) else part
-
-
-def words_of(file: str) -> Callable[..., Said]:
-    """What takes a macro of a file of words and what it is told, and makes a `Said` of them."""
-    return lambda macro, *given: Said(macro, given, file)
 
 
 class Statement(Struct, frozen=True, eq=False):
@@ -201,7 +157,7 @@ class Opening(Struct, frozen=True, eq=False):
             self.word.words(templates),
             self.sentence.words(templates),
             tuple((fact.status, fact.said.words(templates)) for fact in self.facts),
-            tuple(WordedTile(tile.status, *tile.said.words(templates).split(BETWEEN)) for tile in self.tiles),
+            tuple(WordedTile(tile.status, *tile.said.parts(templates)) for tile in self.tiles),
         )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from vireport.gate.alerts import Alert
-from vireport.gate.opening import Opening, Statement, WordedOpening, words_of
+from vireport.gate.opening import Opening, Statement, WordedOpening
 from vireport.gate.verdict import Status
 from vireport.maps.cells import MapPlan
 from vireport.maps.design import MapDesign
@@ -20,6 +20,7 @@ from vireport.motions.stability import STABILITIES, Stability
 from vireport.scenario.loading import LoadedMap
 from vireport.study.provenance import Provenance
 from vireport.text.formatting import OF_A_MODEL, Exactness, tied
+from vireport.wording.said import words_of
 from vireport.wording.templates import Words
 
 if TYPE_CHECKING:

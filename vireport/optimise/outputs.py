@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from vireport.gate.alerts import named_alerts
-from vireport.gate.opening import MOST_FACTS, Opening, Said, Statement, words_of
+from vireport.gate.opening import MOST_FACTS, Opening, Statement
 from vireport.gate.verdict import Status
 from vireport.optimise.grid import OFF, SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
@@ -36,6 +36,7 @@ from vireport.text.formatting import (
     span,
 )
 from vireport.text.tables import Table, numbers, plain_text, texts
+from vireport.wording.said import Said, words_of
 from vireport.wording.templates import Words
 
 if TYPE_CHECKING:

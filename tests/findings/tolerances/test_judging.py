@@ -11,9 +11,10 @@ from conftest import EXAMPLES, solved
 from vireport import analyse, load
 from vireport.findings.tolerances.finding import FINDING, QUESTION
 from vireport.gate.evidence import Evidence
-from vireport.gate.opening import Said, opening_of
+from vireport.gate.opening import opening_of
 from vireport.gate.requirements import assess
 from vireport.gate.verdict import Weight, verdict_of
+from vireport.wording.said import Said
 from vireport.wording.templates import ROOTS, Words
 
 

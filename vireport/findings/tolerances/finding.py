@@ -81,7 +81,8 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
 
     def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
         """How many devices keep the motion."""
-        from vireport.gate.opening import FactPlace, Said, Statement
+        from vireport.gate.opening import FactPlace, Statement
+        from vireport.wording.said import Said
 
         answer = verdict.added.get(self.name)
         if answer is None:
