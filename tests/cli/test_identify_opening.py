@@ -15,7 +15,7 @@ from vireport.gate.opening import WordedOpening
 from vireport.gate.verdict import Status
 from vireport.measurement.flights import MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit
-from vireport.measurement.inquiry import EACH, Identification, Inquiry
+from vireport.measurement.inquiry import BOTH_MEMBRANES, Identification, Inquiry
 from vireport.measurement.misfit import BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt, RecordFinding
 from vireport.measurement.rounding import Rounding
@@ -52,7 +52,7 @@ def fitted(gaps: tuple[Gap, ...] = GAPS, relative: object = None) -> Fitted:
 
 def answer(
     misfit: Misfit = FITS,
-    unknowns: tuple[Unknown, ...] = (*EACH, Unknown.PHASE),
+    unknowns: tuple[Unknown, ...] = (*BOTH_MEMBRANES, Unknown.PHASE),
     found: Fitted | NoFit | None = None,
     rounding: Rounding | None = None,
 ) -> Identification:
@@ -114,7 +114,7 @@ def test_other_inputs_stand_with_their_units(unknowns, sentence: str, label: str
 
 
 def test_many_inputs_stand_in_the_table() -> None:
-    opening = opened(answer(unknowns=(*EACH, Unknown.LENGTH)))
+    opening = opened(answer(unknowns=(*BOTH_MEMBRANES, Unknown.LENGTH)))
     assert opening.sentence == "The record fits, and gives 3 inputs."
     assert tiles(opening)["Identified"][0] == "3 inputs"
 

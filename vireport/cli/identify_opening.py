@@ -13,7 +13,7 @@ from vireport.gate.opening import Opening, Statement, gravest
 from vireport.gate.verdict import Status
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted
-from vireport.measurement.inquiry import EACH, Identification, IdentifiedInput
+from vireport.measurement.inquiry import BOTH_MEMBRANES, Identification, IdentifiedInput
 from vireport.measurement.misfit import LEVEL, BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt
 from vireport.measurement.signals import Signals
@@ -78,7 +78,7 @@ def open_opening(why: str, signals: Signals) -> Opening:
 def _sentence(answer: Identification) -> Said:
     shown = _inputs(answer)
     form = "fits" if answer.misfit.p_value is not None else "explains"
-    if tuple(own.unknown for own in shown) == EACH:
+    if tuple(own.unknown for own in shown) == BOTH_MEMBRANES:
         return _said(f"{form}_both", *map(_value, shown))
     if len(shown) > MOST_NAMED:
         return _said(f"{form}_many", len(shown))
@@ -189,7 +189,7 @@ def _identified(answer: Identification) -> Iterator[Statement]:
         return
     shown = _inputs(answer)
     ends = [(_rounded(own.low, own), _in_unit(own, _rounded(own.high, own))) for own in shown]
-    if tuple(own.unknown for own in shown) == EACH:
+    if tuple(own.unknown for own in shown) == BOTH_MEMBRANES:
         yield Statement(Status.GOOD, _said("tile_both", *ends))
     elif len(shown) > MOST_NAMED:
         yield Statement(Status.GOOD, _said("tile_many", len(shown)))

@@ -45,7 +45,7 @@ ROUNDING = 1e-14
 
 
 class Prior(Struct, frozen=True):
-    """What is known of an input beside the record: a value with a standard deviation, in its unit."""
+    """A value of an input that was measured otherwise than by the record, with its standard deviation, in its unit."""
 
     unknown: Unknown
     value: float
@@ -53,7 +53,7 @@ class Prior(Struct, frozen=True):
 
 
 class Inquiry(Struct, frozen=True):
-    """A device that is known but for some unknowns.
+    """A device with inputs that are to be identified, and the priors of others.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Inquiry(Struct, frozen=True):
 
     @property
     def fitted(self) -> tuple[Unknown, ...]:
-        """All that is fitted: what is unknown, and then what is known with an uncertainty."""
+        """All that is fitted: the unknowns, and then the inputs with priors."""
         return (*self.unknowns, *(prior.unknown for prior in self.priors))
 
     def begun_with(self, model: ClockedDevice) -> Inquiry:
@@ -104,7 +104,7 @@ class Weights:
             raise NumericalError("the equations of the impacts are not finite")
 
     def whitened(self, columns: Array) -> Array:
-        """L^-1 of columns: what each adds to those before it, over its standard deviation."""
+        """L^-1 times columns (m,) or (m, k): of the equations' values, independent errors of the same deviation."""
         from scipy.linalg.lapack import dtbtrs  # type: ignore[import-untyped]
 
         flat = columns.reshape(len(columns), -1)
@@ -112,7 +112,7 @@ class Weights:
         return np.asarray(solved).reshape(columns.shape)
 
     def returned(self, columns: Array) -> Array:
-        """L'^-1 of columns."""
+        """L'^-1 times columns (m,) or (m, k), which takes whitened values back to the equations."""
         from scipy.linalg.lapack import dtbtrs
 
         solved, _ = dtbtrs(self.factor, columns.reshape(len(columns), -1), uplo="L", trans="T")
@@ -177,7 +177,9 @@ class Adjusted(Struct, frozen=True, eq=False):
 
 
 def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
-    """The most likely unknowns, and the errors of the times with which all equations hold.
+    """Find the most likely unknowns, and the errors of the times with which all equations hold.
+
+    Gauss-Newton steps on unknowns and times together: the times are eliminated, as each equation has three of them.
 
     Parameters
     ----------
@@ -202,9 +204,10 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         system = equations(model, impacts.at(true), unknowns)
         weights = Weights(system)
         around = system.impacts[:, None] + np.arange(-1, 2)
-        open_ = system.value + np.einsum("ij,ij->i", system.by_time, (times - true)[around])
-        white, columns = weights.whitened(open_), weights.whitened(system.by_unknown * scales)
-        freedom = len(open_) - len(unknowns) + len(where)
+        # The equations at the measured times, linearised at the times of this step.
+        misclosure = system.value + np.einsum("ij,ij->i", system.by_time, (times - true)[around])
+        white, columns = weights.whitened(misclosure), weights.whitened(system.by_unknown * scales)
+        freedom = len(misclosure) - len(unknowns) + len(where)
         if step == 0:
             square = float(white @ white) / max(freedom, 1)
         # Unknowns of which something is known beforehand are observed once more, with a weight.
@@ -257,9 +260,16 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
 
 
 def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
-    """The inverse of the normal matrix and the step of least squares; none along what the record leaves open.
+    """Inverse of the normal matrix and step of least squares, restricted to what the record determines.
 
-    Open are combinations of the unknowns that are free. Others are known beforehand, however little a record adds.
+    Parameters
+    ----------
+    design : Array (m, p)
+        Derivatives of the residuals by the unknowns over their scales.
+    right : Array (m,)
+        The residuals.
+    free : Mask (p,)
+        Unknowns without priors: only combinations of these may be left open, along which no step is taken.
     """
     ways = np.eye(len(free))
     if free.any():
@@ -275,7 +285,7 @@ def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
 
 
 def within(unknowns: tuple[Unknown, ...], values: Array) -> Array:
-    """Values moved to where the device has a meaning."""
+    """Values of unknowns clipped to where the equations have a meaning: lengths, forces and masses above 0."""
     positive = {Unknown.LENGTH, Unknown.AMPLITUDE, Unknown.CAPSULE_MASS, Unknown.FREQUENCY}
     limits = [
         (-0.5, 1.5) if x in RESTITUTIONS else (1e-12, np.inf) if x in positive else (-np.inf, np.inf) for x in unknowns

@@ -29,7 +29,7 @@ Mask = NDArray[np.bool_]
 
 
 class Unknown(StrEnum):
-    """What is identified from impacts, or tried as an explanation of what does not fit; inputs by their keys."""
+    """Quantities that are identified from impacts, or tried as explanations of a misfit; inputs by their keys."""
 
     RESTITUTION = DesignInput.RESTITUTION.value
     RESTITUTION_BOTTOM = DesignInput.RESTITUTION_BOTTOM.value
@@ -45,7 +45,7 @@ class Unknown(StrEnum):
 
     @property
     def design_input(self) -> DesignInput | None:
-        """The input of the device that it is; None of the force's phase, the exponent and the clock's drift."""
+        """The input of the device with the same key; None of the force's phase, the exponent and the clock's drift."""
         return DesignInput(self.value) if self.value in set(DesignInput) else None
 
     @property
@@ -58,16 +58,16 @@ class Unknown(StrEnum):
 
 
 RESTITUTIONS = Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
-"""That of both membranes together, and those of each."""
+"""The unknown of both membranes together, of the bottom and of the top one."""
 
 
 class ClockedDevice(Struct, frozen=True):
-    """A device, and how the record's clock stands to its force.
+    """A device with the relation of a record's clock to the phase of its force.
 
     Attributes
     ----------
     device : Device
-        With all inputs given, constant restitutions and no friction.
+        With all inputs, constant restitutions and no friction.
     phase : float
         Of the force at time 0 of the record [rad].
     exponent : float
@@ -104,10 +104,11 @@ class ClockedDevice(Struct, frozen=True):
         )
 
     def scale_of(self, unknown: Unknown, span_s: float) -> float:
-        """A change of an unknown that changes a record of a length by as much as it can be changed, in its unit.
+        """A change of an unknown, in its unit, that changes a record of a length [s] strongly.
 
-        1 for restitutions and exponent, the value itself, one radian of an angle, and of frequency and clock what
-        turns the force's phase by a radian between the ends of the record.
+        By it unknowns of different units are compared: 1 of restitutions and exponent, the value of lengths, forces
+        and masses, one radian of an angle, and of frequency and drift what turns the force's phase by a radian between
+        the ends of the record.
         """
         turn = 2 * pi * self.device.frequency_hz * span_s
         match unknown:
@@ -132,9 +133,9 @@ class MeasuredImpacts(Struct, frozen=True, eq=False):
     walls : Array (n,)
         1 at the bottom, -1 at the top.
     flown : Mask (n - 1,)
-        Whether there was no other impact between one and the next.
+        Whether neighbours are the ends of one flight, with no impact missed between them.
     relative : Array (n,) or None
-        Standard errors of the times over one that all are counted in; None where they are alike.
+        Standard errors of the times over a common one; None where they are alike.
     """
 
     times: Array
@@ -157,11 +158,11 @@ class MeasuredImpacts(Struct, frozen=True, eq=False):
 
     @property
     def errors(self) -> Array:
-        """Standard errors of the times over the one that all are counted in: (n,)."""
+        """Standard errors of the times over a common one: (n,)."""
         return np.ones(len(self)) if self.relative is None else self.relative
 
     def rows(self, kept: Indices, flown: Mask | None = None) -> MeasuredImpacts:
-        """Some of the impacts, with the flights between them that are known; by default all are."""
+        """Some of the impacts, and which of the flights between them are single ones; all by default."""
         relative = None if self.relative is None else self.relative[kept]
         some = MeasuredImpacts.undoubted(self.times[kept], self.walls[kept], relative)
         return some if flown is None else replace(some, flown=flown)
@@ -181,12 +182,12 @@ class MeasuredImpacts(Struct, frozen=True, eq=False):
 
 
 class Equations(Struct, frozen=True, eq=False):
-    """The equations of some impacts at some times, linearised there.
+    """The impact law at some impacts, with derivatives by times and unknowns.
 
     Attributes
     ----------
     impacts : Indices (m,)
-        The impact that each is of.
+        Row of the impact that each equation is of.
     value : Array (m,)
         c = u + r W [y_c].
     by_time : Array (m, 3)
@@ -214,7 +215,7 @@ class Equations(Struct, frozen=True, eq=False):
 
     @property
     def spread(self) -> Array:
-        """Standard deviation of each value where times are as good as is said of them, for 1 s [y_c/s]."""
+        """Standard deviation of each value for a timing error of 1 s [y_c/s]."""
         return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.by_error, self.by_error)))
 
 
@@ -261,9 +262,18 @@ def _flown(groups: Groups[Any], phase: Any, times: Array, walls: Array) -> _Flig
 
 
 def _by_time(flights: _Flights, gbar: float, first: Indices, slope: Any) -> Array:
-    """Derivatives of c by the three times around each impact between a flight and the next, whose index is `first`.
+    """Derivatives of c = u + r W by the times of an impact and its two neighbours: (m, 3), or (p, m, 3) of p phases.
 
-    Of a flight's velocities by its two times, from Eqs. (2.11), (2.12); the flights may be of several phases.
+    From those of a flight's velocities by its two times, Eqs. (2.11), (2.12).
+
+    Parameters
+    ----------
+    flights : _Flights
+    gbar : float
+    first : Indices (m,)
+        The flight that each impact begins; the one before ends with it.
+    slope : float or Array
+        Derivative of r W by W.
     """
     last = first - 1
     u, w, duration = flights.after, flights.before, flights.duration
@@ -281,7 +291,7 @@ def _by_time(flights: _Flights, gbar: float, first: Indices, slope: Any) -> Arra
 def around_phases(
     model: ClockedDevice, impacts: MeasuredImpacts, phases: Array, profile: Callable[[Array, Array], Any]
 ) -> Array:
-    """Timing error that the equation of each impact alone would need, at many phases of the force: (p, m) [s].
+    """Timing error that the equation of each impact alone implies, at many phases of the force: (p, m) [s].
 
     Parameters
     ----------
@@ -307,7 +317,7 @@ def around_phases(
 
 
 def dimensionless(model: ClockedDevice, t: Any) -> Any:
-    """Times [s] of the record's clock in t_c = 1/(2 f)."""
+    """Times [s] of the record's clock in units of t_c = 1/(2 f), its drift taken out."""
     return 2 * model.device.frequency_hz * (t + model.drift * t * t / 2)
 
 
@@ -348,7 +358,7 @@ def equations(model: ClockedDevice, impacts: MeasuredImpacts, unknowns: tuple[Un
 
 
 class _Rebounds(Struct, frozen=True, eq=False):
-    """What impacts between two known flights depend on.
+    """Impacts between two known flights, and what their derivatives share.
 
     Attributes
     ----------
@@ -374,14 +384,16 @@ class _Rebounds(Struct, frozen=True, eq=False):
 def _column(
     model: ClockedDevice, unknown: Unknown, impacts: MeasuredImpacts, flights: _Flights, rebounds: _Rebounds
 ) -> Array:
-    """Derivatives of the equations by an unknown: (m,)."""
+    """Derivatives of the equations c = u + r W by an unknown: (m,)."""
     device, times, w = model.device, impacts.times, rebounds.before
     last, first = rebounds.rows - 1, rebounds.rows
     around = np.stack([last, first, first + 1], axis=1)
 
     def moved(by: Array) -> Array:
+        """The change of the equations where the dimensionless times move."""
         return np.asarray(np.einsum("ij,ij->i", rebounds.by_time, by[around]))
 
+    # A phase of the force is the same change of all times; a drift of the clock one that grows with their squares.
     if unknown is Unknown.PHASE:
         return np.asarray(rebounds.by_time.sum(axis=1) / pi)
     if unknown is Unknown.DRIFT:
@@ -390,6 +402,7 @@ def _column(
         return np.asarray(rebounds.restitution * w * np.log(np.maximum(np.abs(w), 1e-300) / model.speed))
     varied, groups = DesignInput(unknown.value), device.groups(Parameter.LENGTH, device.length_m)
     by_d, by_gbar, by_bottom, by_top = device.slopes(varied, float(groups.d), float(groups.gbar))
+    # d and gbar are in the velocities of both flights, by (2.12); the restitution is in c alone.
     sides, duration, slope = impacts.walls[1:] - impacts.walls[:-1], flights.duration, rebounds.slope
     column = np.where(rebounds.wall > 0, by_bottom, by_top) * rebounds.share * w
     column = column + by_d / 2 * (sides[first] / duration[first] + slope * sides[last] / duration[last])

@@ -93,19 +93,19 @@ class NoFit(Struct, frozen=True):
 
 
 class Open(Struct, frozen=True):
-    """What a record does not tell.
+    """Why a record does not determine the unknowns.
 
     Attributes
     ----------
     combination : tuple of (Unknown, float)
-        Changes of unknowns that leave all impact times as they are, each in its unit; none where there are several
-        separate answers, or too few impacts.
+        Changes of unknowns that together leave all impact times as they are, in their units; none where there are
+        several separate answers, or too few impacts.
     answers : tuple of tuple of (Unknown, float)
-        Separate answers that explain the record as well.
+        Separate values of the unknowns that explain the record equally well.
     impacts : int
         Impacts that are needed; 0 where more of the same do not help.
     unstable : bool
-        Whether all that was found are unstable motions, which do not last.
+        Whether all fits are unstable motions, which do not last.
     failed : NoFit or None
         Why no fit was found that could be held against the model.
     """
@@ -118,7 +118,7 @@ class Open(Struct, frozen=True):
 
 
 class Unidentifiable(NumericalError):
-    """A record that does not hold what is asked for."""
+    """A record that does not determine the unknowns that are to be identified."""
 
     def __init__(self, left_open: Open) -> None:
         super().__init__("the record does not hold what is asked for")
@@ -170,7 +170,7 @@ class Fitted(Struct, frozen=True, eq=False):
 def fit(
     inquiry: Inquiry, impacts: MeasuredImpacts, say: Progress = lambda what: None, within_s: float = np.inf
 ) -> Fitted | NoFit:
-    """The most likely unknowns of a record.
+    """Fit a device to a record of impacts: the most likely unknowns, with what of the record is no impact or missed.
 
     Parameters
     ----------
@@ -220,7 +220,16 @@ def exact_below(model: ClockedDevice) -> float:
 
 
 def _settled(inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float) -> Fitted | NoFit:
-    """Screen and fit in turn until neither changes the other."""
+    """Screen a record and fit it in turn until neither changes the other, or say why no fit stands.
+
+    Parameters
+    ----------
+    inquiry : Inquiry
+        With the model to start from.
+    impacts : MeasuredImpacts
+    within_s : float
+        Timing error beyond which a fit is of no interest [s].
+    """
     model, times = inquiry.model, impacts.times
     period = 1 / model.device.frequency_hz
     error = typical(equations(model, impacts), MANY)
@@ -264,7 +273,7 @@ def _settled(inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float) -> Fit
 
 
 def _impossible(adjustment: Adjusted) -> NoFit | None:
-    """Restitutions that are none, if a fit has such."""
+    """Why a fit is refused that has a restitution surely below 0 or above 1; None of any other."""
     for x in adjustment.unknowns:
         if x in RESTITUTIONS:
             value, margin = adjustment.model.value_of(x), 5 * adjustment.deviation_of(x)
@@ -274,7 +283,7 @@ def _impossible(adjustment: Adjusted) -> NoFit | None:
 
 
 def _beyond_noise(adjustment: Adjusted) -> Indices:
-    """Flights on both sides of impacts that differ from the others by more than errors of the times do.
+    """Flights on both sides of impacts whose equations fail by more than errors of the times explain.
 
     Where several impacts were missed or false together, one that is left may keep within what screening lets pass, and
     would still outweigh hundreds.
@@ -286,7 +295,7 @@ def _beyond_noise(adjustment: Adjusted) -> Indices:
 
 
 def _through(fitted: Fitted) -> Indices:
-    """Flights in which the ball is beyond a membrane."""
+    """Flights of a fit in which the ball is beyond a membrane, which is impossible."""
     adjustment, explained = fitted.adjusted, fitted.explained
     times, walls = explained.times, explained.walls
     device = adjustment.model.device
@@ -310,9 +319,14 @@ def _through(fitted: Fitted) -> Indices:
 
 
 def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
-    """The one fit that explains a record best; several that do so as well are no answer.
+    """The only fit that explains a record best, among motions that last.
 
     Of a motion that repeats itself only a stable one lasts.
+
+    Raises
+    ------
+    Unidentifiable
+        If several fits explain it equally well, all are unstable, or the record does not determine the unknowns.
     """
     least = min(fitted.adjusted.timing_error_s for fitted in fits)
     most = max(AS_GOOD * least, exact_below(fits[0].adjusted.model))
@@ -344,7 +358,13 @@ def _alike(one: Fitted, other: Fitted) -> bool:
 
 
 def _require_information(adjustment: Adjusted, unknowns: tuple[Unknown, ...]) -> None:
-    """Refuse what the fitted motion does not depend on."""
+    """Refuse a fit in which some combination of the unknowns is not determined by the record.
+
+    Raises
+    ------
+    Unidentifiable
+        With the combination.
+    """
     count = len(unknowns)
     scales = adjustment.scales[:count]
     information = adjustment.information[:count, :count] * np.outer(scales, scales)
@@ -387,6 +407,8 @@ def growth(fitted: Fitted) -> float:
 
 def growth_rates(fitted: Fitted) -> Array:
     """Logarithms of the growth of small deviations from the fitted motion at each of its equations."""
+    # A deviation of the times of two impacts fixes that of the third, by the linearised equation. Any deviation grows
+    # as the fastest in the long run: it begins with numbers that are no special direction.
     last, current, rates = 0.3, 1.0, []
     for b, c, d in fitted.adjusted.equations.by_time.tolist():
         last, current = current, -(b * last + c * current) / d

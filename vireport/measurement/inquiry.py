@@ -1,4 +1,4 @@
-"""What is asked of a record: what the scenario knows, with which uncertainty, and what is unknown."""
+"""The identification of a device from a record of impacts, from the scenario and its tolerances to the answer."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FREE = (
     Unknown.FREQUENCY,
     Unknown.INCLINATION,
 )
-"""What can be asked for."""
+"""Unknowns that can be identified."""
 
 CONFIDENCE = 0.95
 """Of the intervals."""
@@ -38,11 +38,11 @@ FITTING_SHARE = 0.6
 FAR_ABOVE = 2.0
 """Timing error over that of rounding from which times are as good as not rounded."""
 
-EACH = Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
+BOTH_MEMBRANES = Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUTION_TOP
 
 
 class IdentifiedInput(Struct, frozen=True):
-    """A value that a record gives of an input, its standard error, and the ends of its 95 % interval, in its unit."""
+    """The value of an input identified from a record, its standard error and 95 % interval, in its unit."""
 
     unknown: Unknown
     value: float
@@ -57,13 +57,13 @@ class IdentifiedInput(Struct, frozen=True):
 
 
 class Identification(Struct, frozen=True, eq=False):
-    """What a record says.
+    """The result of an identification from a record of impacts.
 
     Attributes
     ----------
     inquiry : Inquiry
     found : Fitted or NoFit
-        Times of which are counted from `origin_s`.
+        The fit; its times are counted from `origin_s`.
     misfit : Misfit
     origin_s : float
         Time on the record's clock from which the force's phase is counted [s].
@@ -79,7 +79,7 @@ class Identification(Struct, frozen=True, eq=False):
 
     @property
     def identified(self) -> tuple[IdentifiedInput, ...]:
-        """What is identified; nothing where the model does not fit."""
+        """The inputs that are identified; none where the model does not fit."""
         if not self.misfit.accepted or not isinstance(self.found, Fitted):
             return ()
         from scipy.special import stdtrit  # type: ignore[import-untyped]
@@ -103,37 +103,38 @@ class Identification(Struct, frozen=True, eq=False):
 
 
 def inquiry_of(scenario: Scenario, free: Sequence[str], referenced: bool) -> Inquiry:
-    """What is known and what is asked for.
+    """Set up an identification: the device of a scenario, the unknowns, and priors from its tolerances.
 
     Parameters
     ----------
     scenario : Scenario
     free : sequence of str
-        Keys of what is identified; both restitutions where there are none.
+        Keys of the unknowns; both restitutions where there are none.
     referenced : bool
         Whether time 0 of the record is a maximum of the force.
 
     Raises
     ------
     UsageError
-        If that does not fit together, or the model is not known to the identification.
+        If an unknown cannot be identified, unknowns exclude one another, an input is missing, or the ball has friction
+        or a restitution that depends on speed.
     """
     unknown = [key for key in free if key not in FREE]
     if unknown:
         raise UsageError(f"--free: unknown {', '.join(map(repr, unknown))} (allowed: {', '.join(FREE)})")
-    unknowns = tuple(dict.fromkeys(map(Unknown, free))) or EACH
-    if Unknown.RESTITUTION in unknowns and set(EACH) & set(unknowns):
+    unknowns = tuple(dict.fromkeys(map(Unknown, free))) or BOTH_MEMBRANES
+    if Unknown.RESTITUTION in unknowns and set(BOTH_MEMBRANES) & set(unknowns):
         raise UsageError("--free: restitution is that of both membranes (allowed: it alone, or those of each)")
     device = Device.of(scenario).plain_ball("the identification from impacts")
     missing = [parameter.path for parameter in DRIVING if getattr(device, parameter) is None]
     if missing:
         raise UsageError(f"{missing[0]} is not given: the device of the record is one design point (give its value)")
-    priors = known_inputs(scenario.tolerances, device, unknowns)
+    priors = tolerance_priors(scenario.tolerances, device, unknowns)
     return Inquiry(ClockedDevice(device), unknowns if referenced else (*unknowns, Unknown.PHASE), priors)
 
 
-def known_inputs(block: TolerancesBlock | None, device: Device, unknowns: tuple[Unknown, ...]) -> tuple[Prior, ...]:
-    """The tolerances of what is not identified, as standard deviations."""
+def tolerance_priors(block: TolerancesBlock | None, device: Device, unknowns: tuple[Unknown, ...]) -> tuple[Prior, ...]:
+    """Priors of the inputs that are not identified, from their tolerances as standard deviations."""
     if block is None:
         return ()
     taken = set(unknowns) | (set(RESTITUTIONS) if set(RESTITUTIONS) & set(unknowns) else set())
@@ -150,12 +151,21 @@ def known_inputs(block: TolerancesBlock | None, device: Device, unknowns: tuple[
 
 
 def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress = lambda what: None) -> Identification:
-    """Identify what is asked for from a record, and test whether the model fits it.
+    """Identify the unknowns from a record, and test whether the model fits it.
+
+    Parameters
+    ----------
+    inquiry : Inquiry
+    record : Record
+    referenced : bool
+        Whether time 0 of the record is a maximum of the force.
+    say : callable
+        Is told each step.
 
     Raises
     ------
     Unidentifiable
-        If the record leaves some of it open.
+        If the record does not determine the unknowns.
     """
     origin = record.force_maximum_s
     if origin is None:
@@ -171,6 +181,8 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
         if rounding is None:
             raise
         fitted = NoFit(Unfit.NO_MOTION, np.inf)
+    # Rounding matters only where it is the larger part of the timing error: then the fit begins again, with times whose
+    # errors are independent.
     if rounding is not None:
         if isinstance(fitted, Fitted) and fitted.adjusted.timing_error_s > FAR_ABOVE * rounding.error_s:
             rounding = None

@@ -1,4 +1,4 @@
-"""Vectors of MATLAB files, of which it is known before they are read that they are in the file, and how large they are.
+"""Vectors of MATLAB files, read only after it is certain that they are in the file and how large they unfold.
 
 A few kilobytes can stand for gigabytes: packed, never written, or in other files of the machine. What is read is stored
 in the file itself, and unfolds to no more than its budget.
@@ -72,11 +72,13 @@ def vectors(name: str, data: bytes, wanted: Wanted, largest: int) -> Mapping[str
 
 
 def _too_large(name: str) -> UsageError:
+    """The error about a file that unfolds to more than its budget."""
     allowed = f"(allowed: up to {MOST_UNFOLDED} times its size, or {LEAST_BUDGET // 10**6} MB)"
     return UsageError(f"{name}: it unfolds to more than signals that were recorded {allowed}")
 
 
 def _of_older(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapping[str, Any]:
+    """As `vectors`, of a file up to version 7."""
     from scipy.io import loadmat, whosmat  # type: ignore[import-untyped]
 
     plain = _unpacked(name, data, budget)
@@ -112,7 +114,7 @@ def _unpacked(name: str, data: bytes, budget: int) -> bytes:
 
 
 def _of_version_7_3(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapping[str, Any]:
-    """As `vectors`, of HDF5 behind a block of text: arrays are transposed, and attributes say what they are."""
+    """As `vectors`, of version 7.3: HDF5 behind a block of text, arrays transposed, with attributes for their class."""
     try:
         import h5py  # type: ignore[import-untyped]
     except ImportError as error:
@@ -195,5 +197,5 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
 
 
 def _nothing() -> Any:
-    """Stands for what holds no real numbers."""
+    """An empty array, in place of a variable that holds no real numbers."""
     return np.empty(0, dtype=object)

@@ -1,4 +1,4 @@
-"""Does the model fit? Tests against what may be wrong with it, each named, and what a record cannot test.
+"""Tests of whether a model fits a record, against named alternatives, and what a record cannot test.
 
 The errors of the times are known only from the record itself, so that their size says little; that they are independent
 of one another, and of everything a wrong input would change, does. Every alternative has one parameter more. What it
@@ -69,20 +69,20 @@ may be wrong unseen: they are known better, as a rule."""
 
 
 class BetterFit(Struct, frozen=True):
-    """A model that fits where the given one does not.
+    """A model that fits a record better than the scenario's.
 
     Attributes
     ----------
     swapped : bool
-        Whether it is the same with bottom and top exchanged.
+        Whether it is the scenario's with bottom and top exchanged.
     unknown : Unknown or None
-        What has another value.
+        The input that has another value; None of exchanged membranes.
     value, standard_error : float
-        That value, in its unit, were it alone to blame.
+        That value, in its unit, if no other input is wrong.
     timing_error_s : float
-        That is then left [s].
+        Of the better fit [s].
     others : tuple of Unknown
-        What else, alone, would fit about as well.
+        Other inputs of which any, alone, would fit about as well.
     restitutions : tuple of (Unknown, float)
         That were fitted with an exponent, at the speed; none with anything else.
     speed_m_s : float
@@ -167,7 +167,20 @@ class Misfit(Struct, frozen=True):
 def judged(
     fitted: Fitted | NoFit, inquiry: Inquiry, impacts: MeasuredImpacts, say: Progress = lambda what: None
 ) -> Misfit:
-    """Test a fit, and look for what would fit where it does not; parameters are those of `fit`."""
+    """Test a fit of a record, and look for a better model where it fails.
+
+    Parameters
+    ----------
+    fitted : Fitted or NoFit
+        As `fit` returned it.
+    inquiry, impacts, say
+        As of `fit`.
+
+    Raises
+    ------
+    Unidentifiable
+        If it may be the search that failed and not the model.
+    """
     say(WorkStep("testing the model", 0.0))
     if isinstance(fitted, NoFit):
         instead = _explanation(np.inf, inquiry, impacts, ALTERNATIVES)
@@ -188,7 +201,7 @@ def judged(
 
 
 def tested(fitted: Fitted, fitted_unknowns: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
-    """Test a fit in which some unknowns were fitted: what the tests say, and the alternatives that they find likely."""
+    """Test a fit against the alternatives that were not fitted themselves; also those that it finds likely."""
     tests, untested, hidden = _tests(fitted, fitted_unknowns)
     unseen = _hides_distortion(fitted)
     if not tests:
@@ -205,7 +218,20 @@ def tested(fitted: Fitted, fitted_unknowns: set[Unknown]) -> tuple[Misfit, tuple
 def _tests(
     fitted: Fitted, fitted_unknowns: set[Unknown]
 ) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...], tuple[Hidden, ...]]:
-    """Probability, statistic and alternative of each test; the alternatives that do not show, and that hardly do."""
+    """All tests of a fit.
+
+    Each tests that one further unknown changes nothing (an F test of a regression with one column more, which is
+    orthogonal to what was fitted); the last one that errors of neighbouring impacts are not correlated (Ljung and Box).
+
+    Returns
+    -------
+    tests : list of (float, float, Unknown or None)
+        Probability, statistic and alternative.
+    untested : tuple of Unknown
+        Alternatives that change nothing in this record.
+    hidden : tuple of Hidden
+        Alternatives that change little.
+    """
     from scipy.special import chdtrc, fdtrc  # type: ignore[import-untyped]
 
     adjustment, explained = fitted.adjusted, fitted.explained
@@ -246,7 +272,7 @@ def _tests(
 
 
 def _made_up_for(adjustment: Adjusted, change: Array) -> tuple[tuple[Unknown, float], ...]:
-    """By how much restitutions that are fitted move with a change of what the equations fail by."""
+    """Changes of the fitted restitutions that make up for a change of the whitened residuals."""
     moved = -adjustment.scales * np.linalg.lstsq(adjustment.scaled_design, change, rcond=None)[0]
     return tuple((x, float(by)) for x, by in zip(adjustment.unknowns, moved, strict=True) if x in RESTITUTIONS)
 
@@ -260,7 +286,7 @@ def _accepted_up_to(freedom: int) -> float:
 
 
 def _beyond_fitted(adjustment: Adjusted, white: Array) -> Array:
-    """What whitened columns have that no change of what was fitted makes."""
+    """The part of whitened columns (m, k) that is orthogonal to all changes of what was fitted."""
     basis = (
         np.linalg.qr(adjustment.scaled_design)[0] if adjustment.scaled_design.shape[1] else np.zeros((len(white), 0))
     )
@@ -304,7 +330,10 @@ def _exchanged(
 def _explanation(
     error: float, inquiry: Inquiry, impacts: MeasuredImpacts, likely: tuple[Unknown, ...]
 ) -> BetterFit | None:
-    """What explains a record to its noise: exchanged membranes with far less timing error [s], or a likely input."""
+    """The model that explains a record to its noise: with exchanged membranes, or with another value of an input.
+
+    `error` is the timing error of the scenario's model [s], `likely` are the inputs that are tried.
+    """
     exchanged = _exchanged(inquiry, impacts, FEWER * error, True)
     if exchanged is not None:
         return exchanged
@@ -314,7 +343,7 @@ def _explanation(
 
 
 def _of_flights_left_out(fitted: Fitted, inquiry: Inquiry, impacts: MeasuredImpacts) -> BetterFit | None:
-    """What explains flights that an accepted fit has left out as if impacts were missing there.
+    """The model that explains flights that an accepted fit has left out as if impacts were missing there.
 
     What is left of a record that settles may be its periodic motion alone, to which wrong inputs can be fitted.
     """
@@ -337,12 +366,14 @@ def _explaining(
             continue
         if isinstance(other, Fitted) and _explains(other, x, inquiry):
             adjustment = other.adjusted
-            one = BetterFit(
+            better = BetterFit(
                 False, x, adjustment.model.value_of(x), adjustment.deviation_of(x), adjustment.timing_error_s
             )
             if x is Unknown.FREQUENCY:
-                one = _of_clock(one, float(model.device.frequency_hz), adjustment.freedom)
-            yield one if x is not Unknown.EXPONENT else _stated(one, adjustment.model, inquiry.unknowns), other
+                better = _of_clock(better, float(model.device.frequency_hz), adjustment.freedom)
+            if x is Unknown.EXPONENT:
+                better = _stated(better, adjustment.model, inquiry.unknowns)
+            yield better, other
 
 
 def _best(fits: Iterable[tuple[BetterFit, Fitted]]) -> BetterFit | None:
@@ -352,24 +383,24 @@ def _best(fits: Iterable[tuple[BetterFit, Fitted]]) -> BetterFit | None:
         return None
     best, fitted = min(candidates, key=lambda pair: (pair[1].lost, pair[0].timing_error_s))
     others = tuple(
-        one.unknown
-        for one, other in candidates
-        if one is not best
-        and one.unknown
+        better.unknown
+        for better, other in candidates
+        if better is not best
+        and better.unknown
         and other.lost == fitted.lost
-        and one.timing_error_s < ABOUT * best.timing_error_s
+        and better.timing_error_s < ABOUT * best.timing_error_s
     )
     return replace(best, others=others)
 
 
-def _of_clock(one: BetterFit, given_hz: float, freedom: int) -> BetterFit:
-    """A fit of the frequency with what it says of the record's clock, if the frequency is the given one."""
-    accepted = _accepted_up_to(freedom) * one.standard_error / one.value
-    return replace(one, clock_off=given_hz / one.value - 1, clock_accepted=accepted)
+def _of_clock(better: BetterFit, stated_hz: float, freedom: int) -> BetterFit:
+    """A better fit by another frequency, with the error of the record's clock that would explain it instead."""
+    accepted = _accepted_up_to(freedom) * better.standard_error / better.value
+    return replace(better, clock_off=stated_hz / better.value - 1, clock_accepted=accepted)
 
 
 def _explains(other: Fitted, alternative: Unknown | None, inquiry: Inquiry) -> bool:
-    """Whether a fit leaves nothing but the noise of the record, by the tests that reject the given model.
+    """Whether a fit leaves nothing but the noise of the record, by the tests that reject the scenario's model.
 
     One that leaves more has another cause, which it makes up for in part: a harmonic of the force, friction.
     """
@@ -380,8 +411,8 @@ def _explains(other: Fitted, alternative: Unknown | None, inquiry: Inquiry) -> b
     return tested(other, explained_by)[0].accepted
 
 
-def _stated(one: BetterFit, model: ClockedDevice, unknowns: tuple[Unknown, ...]) -> BetterFit:
-    """A fit of an exponent with what a scenario needs beside it."""
+def _stated(better: BetterFit, model: ClockedDevice, unknowns: tuple[Unknown, ...]) -> BetterFit:
+    """A better fit by an exponent of the restitution, with the restitutions and the speed that state its law."""
     unit = float(model.device.velocity_unit(Parameter.LENGTH, model.device.length_m))
     values = tuple((x, model.value_of(x)) for x in unknowns if x in RESTITUTIONS)
-    return replace(one, restitutions=values, speed_m_s=model.speed * unit)
+    return replace(better, restitutions=values, speed_m_s=model.speed * unit)

@@ -1,4 +1,4 @@
-"""What a record shows of the motion: velocities, phases and flight times of its impacts, its word, and their errors.
+"""The motion that a record shows: velocities, phases and flight times of its impacts, its word, and their errors.
 
 Positions and velocities at both ends of a flight follow from its two times and the force's phase, Eqs. (2.11), (2.12):
 no restitution is needed. The errors of the times, those of what is fitted beside them, and what is known of the inputs
@@ -27,7 +27,7 @@ from vireport.measurement.flights import (
 )
 from vireport.measurement.flights import velocities as velocities_of
 from vireport.measurement.identification import Fitted, NoFit, Unidentifiable, exact_below, fit, growth_rates
-from vireport.measurement.inquiry import EACH, known_inputs
+from vireport.measurement.inquiry import BOTH_MEMBRANES, tolerance_priors
 from vireport.measurement.records import Record
 from vireport.physics.device import Device
 from vireport.physics.word import Word
@@ -54,7 +54,7 @@ STEP = 1e-6
 
 
 class Quantity(IntEnum):
-    """What is measured of an impact: velocities just before and just after it, its phase, the flight after it."""
+    """Quantities of an impact: velocities just before and just after it, its forcing phase, the flight after it."""
 
     BEFORE = 0
     AFTER = 1
@@ -72,7 +72,7 @@ class ForceMaximum(Struct, frozen=True):
 
 
 class MeasuredMotion(Struct, frozen=True, eq=False):
-    """A motion that repeats itself, as the mean of its periods.
+    """A periodic motion in a record, as the mean of its periods.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class MeasuredMotion(Struct, frozen=True, eq=False):
 
 
 class Measured(Struct, frozen=True, eq=False):
-    """What a record shows of the motion.
+    """The impacts of a record with their velocities and phases, and the motion that they repeat.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ def measured(
     maximum: ForceMaximum | None,
     say: Progress = lambda what: None,
 ) -> Measured | NoFit:
-    """What a record shows of the motion of a device.
+    """Evaluate velocities, phases and the motion of a device from a record of its impacts.
 
     Both restitutions are fitted to the record as well, so that nothing depends on those of the scenario; without a
     reference to the force also its phase. Where a record does not hold all of it, which a periodic one without
@@ -167,9 +167,9 @@ def measured(
     """
     origin = float(record.times[0]) if maximum is None else maximum.time_s
     impacts = MeasuredImpacts.undoubted(record.times - origin, record.walls, record.relative)
-    questions = [EACH] if maximum is not None else [(*EACH, Unknown.PHASE), (Unknown.PHASE,)]
+    questions = [BOTH_MEMBRANES] if maximum is not None else [(*BOTH_MEMBRANES, Unknown.PHASE), (Unknown.PHASE,)]
     for unknowns in questions:
-        priors = known_inputs(tolerances, device, unknowns)
+        priors = tolerance_priors(tolerances, device, unknowns)
         if maximum is not None and maximum.error_s > 0:
             priors = (*priors, Prior(Unknown.PHASE, 0.0, 2 * pi * float(device.frequency_hz) * maximum.error_s))
         try:
@@ -183,6 +183,7 @@ def measured(
 
 
 def _read(fitted: Fitted, unknowns: tuple[Unknown, ...], origin_s: float) -> Measured:
+    """Quantities of all impacts of a fitted record with their errors, and the motion that they repeat."""
     adjustment, impacts = fitted.adjusted, fitted.kept
     values, by_time = _values(adjustment.model, impacts), _by_time(adjustment.model, impacts)
     around = np.pad(impacts.errors, 1, mode="edge")
@@ -294,7 +295,7 @@ def _repeating(fitted: Fitted) -> _Repeating | None:
 
 
 def _dying(decay: float, count: int, impacts: int) -> int:
-    """Impacts until a transient that is within the timing errors is far within those of the mean of some impacts.
+    """Impacts to leave out until a transient no longer shows in the mean of those that follow.
 
     A deviation that differs by `SAME` timing errors from itself a period later is up to 1/(1 - rho) times as large,
     where rho is what a period of `count` impacts leaves of it, and lasts for 1/decay impacts. Where it dies so slowly
@@ -306,10 +307,20 @@ def _dying(decay: float, count: int, impacts: int) -> int:
 
 
 def _steady(fitted: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repeating | None:
-    """What is left of impacts that repeat themselves where nothing of a transient is seen any more.
+    """The steady part of impacts that repeat themselves: without those in which a transient still shows.
 
-    `lost` has the flights before each impact that are not known, `tail` the first impact, and impacts and forcing
-    periods after which it comes again.
+    Parameters
+    ----------
+    fitted : Fitted
+    lost : Indices (n,)
+        Number of unknown flights before each impact.
+    tail : tuple of int
+        The first impact, and impacts and forcing periods after which it repeats.
+
+    Returns
+    -------
+    _Repeating or None
+        None where too little is left.
     """
     start, count, periods = tail
     impacts = fitted.kept
@@ -381,7 +392,7 @@ def _mean(
 
 
 def _covariance(adjustment: Adjusted, of_times: Array, of_unknowns: Array) -> Array:
-    """Covariance of what depends on the errors of times directly, (k, n), and on what is fitted to them, (k, p)."""
+    """Covariance (k, k) of quantities, by derivatives by errors of times (k, n) and by what is fitted to these (k, p)."""
     square = adjustment.timing_error_s**2
     if square == 0:
         return np.zeros((len(of_times), len(of_times)))

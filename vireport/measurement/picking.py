@@ -83,7 +83,7 @@ WINDOW, MOST_WINDOWS = 256, 200
 
 
 class Doubt(Enum):
-    """What is wrong with a signal, or may be."""
+    """Kinds of faults of a recording, certain or possible."""
 
     CLIPPED = auto()
     SLOW = auto()
@@ -95,7 +95,7 @@ class Doubt(Enum):
 
 
 class RecordFinding(Struct, frozen=True):
-    """Something to be told of a recording: what, of which channel, and the number that says it."""
+    """A fault of a recording: its kind, its channel ("" of all), and its size."""
 
     doubt: Doubt
     channel: str
@@ -103,7 +103,7 @@ class RecordFinding(Struct, frozen=True):
 
 
 class Heard(Struct, frozen=True, eq=False):
-    """What was picked of a channel.
+    """The impacts that were picked from one channel.
 
     Attributes
     ----------
@@ -174,12 +174,12 @@ class Picked(Struct, frozen=True, eq=False):
 
     @property
     def delay_s(self) -> float:
-        """By how much all times together may be late or early, as the shape of a rise is not known [s]."""
+        """Systematic error of all times together, as the shape of a rise is not known [s]."""
         return max(beginnings.rise_samples for beginnings in self.heard) * self.recording.step_s
 
 
 def picked(recording: Recording, frequency_hz: float, say: Progress = lambda what: None) -> Picked:
-    """The impacts of a recording.
+    """Pick the impacts of a recording: their times, membranes and standard errors.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
 
 
 def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Array:
-    """A channel without what is slow, by a filter that looks back only."""
+    """A channel through a causal high-pass filter, which leaves out what is slow against an impact."""
     from scipy.signal import butter, sosfilt, sosfilt_zi  # type: ignore[import-untyped]
 
     cut = min(SLOW * frequency_hz / WAIT * recording.step_s, MOST_OF_BAND)
@@ -236,7 +236,7 @@ def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Arr
 
 
 def _heard(recording: Recording, channel: Channel, frequency_hz: float) -> Heard:
-    """The impacts of a channel.
+    """Pick the impacts of a channel, smoothed where it was sampled far faster than it rises.
 
     Raises
     ------
@@ -263,7 +263,18 @@ def _heard(recording: Recording, channel: Channel, frequency_hz: float) -> Heard
 
 
 def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int, over: int) -> Heard:
-    """The impacts of a filtered channel, which is an average over some samples.
+    """Pick the impacts of a filtered channel.
+
+    Parameters
+    ----------
+    recording : Recording
+    channel : Channel
+    signal : Array (n,)
+        The channel filtered, and averaged over some samples.
+    wait : int
+        Samples by which impacts must be apart.
+    over : int
+        Samples that the signal is averaged over.
 
     Raises
     ------
@@ -303,14 +314,14 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
 
 
 def _resolution(values: Array) -> float:
-    """The least difference of numbers that a channel has."""
+    """Resolution of a channel: the least difference of neighbouring samples that is not zero."""
     steps = np.abs(np.diff(values[:100_000]))
     steps = steps[steps > 0]
     return float(steps.min()) if len(steps) else 0.0
 
 
 def _first_peaks(size: Array, peaks: Indices, wait: int) -> Indices:
-    """Of the peaks of a signal those with which an impact begins: out of what was there a wait before it."""
+    """Peaks with which an impact begins: those that stand out of the ringing a wait before them."""
     if not len(peaks):
         return peaks
     low, high = np.maximum(peaks - 2 * wait, 0), np.maximum(peaks - wait, 1)
@@ -376,7 +387,7 @@ def _onset(
 
 
 def _rise(wave: Array, peak: int, height: float) -> tuple[int, int] | None:
-    """The last sample below the line's part of a rise and the first above it; None where the record begins within."""
+    """The samples just below and just above the part of a rise that the line is laid through; None if it is cut off."""
     below = np.flatnonzero(wave[:peak] <= RISE[0] * height)
     if not len(below):
         return None
@@ -431,6 +442,7 @@ def _merged(heard: list[Heard], apart_s: float) -> tuple[Array, Array, Array, in
         [np.abs(beginnings.sizes) / np.quantile(np.abs(beginnings.sizes), 0.9) for beginnings in heard]
     )
     walls = np.concatenate([_walls(beginnings) for beginnings in heard])
+    # A membrane also hears impacts on the other one through the device, weaker and at the same time.
     order = np.argsort(times, kind="stable")
     times, walls, errors, strength = times[order], walls[order], errors[order], strength[order]
     if len(heard) == 1:
@@ -456,6 +468,7 @@ def _alike(times: Array, errors: Array, sampled: Array) -> tuple[Array, Array]:
 
 
 def _walls(beginnings: Heard) -> Array:
+    """Membranes of the impacts of a channel, 1 bottom and -1 top: by its place, or by their signs."""
     match beginnings.channel.place:
         case HeardPlace.BOTTOM:
             return np.ones(len(beginnings.times))
@@ -468,6 +481,7 @@ def _walls(beginnings: Heard) -> Array:
 
 
 def _findings(beginnings: Heard) -> list[RecordFinding]:
+    """Faults of one channel."""
     name = beginnings.channel.name
     findings = []
     if beginnings.clipped:

@@ -16,6 +16,7 @@ from functools import partial
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -27,7 +28,7 @@ from vireport.measurement.flights import Array
 from vireport.measurement.matlab import vectors
 from vireport.measurement.records import (
     LONGEST_LINE,
-    LONGEST_SHOWN,
+    LONGEST_TITLE,
     first_long_line,
     no_number,
     with_line_feeds,
@@ -51,7 +52,7 @@ UNITS = {
 """Of each quantity the units that end a column's name, in SI units; fs is the full scale of a sound card."""
 
 ALIKE, CLOSE = 0.6, 0.8
-"""From which on a name may be meant by another, and from which on it surely is, as `difflib` counts it."""
+"""Similarities by `difflib` from which a name may be a misspelling of another, and from which it surely is."""
 
 RATE = "sampling_rate_hz"
 UNUSED = "unused"
@@ -194,14 +195,17 @@ def read_recording(path: str, place: ReadingPlace = ANYWHERE) -> Recording:
 
 
 def _refused(name: str, path: str, message: str, line: int = 1) -> VireportError:
-    """What is wrong in a file; one that is no text has no lines."""
+    """An error about a part of a file: at a line of a text, by name and path of others."""
     if name.lower().endswith((".wav", ".mat")):
         return UsageError(f"{name}: {path}: {message}" if path else f"{name}: {message}")
     return ScenarioError(name, [Mistake(line, path, message)])
 
 
 def _kind_of(title: str) -> tuple[HeardPlace | None, float] | None:
-    """What a name stands for, and its unit in SI units; a place of None is the time's. None where it is not known."""
+    """Place that a channel hears and its unit in SI units, by the channel's name: place None of times.
+
+    None where the name is not that of a channel.
+    """
     for place in (*HeardPlace, None):
         quantities = {HeardPlace.CAPSULE: ("acceleration",), None: ("time",)}.get(place, ("voltage", "sound"))
         for quantity in quantities:
@@ -222,12 +226,21 @@ def _allowed() -> tuple[str, ...]:
 
 
 def _require_names(name: str, titles: list[str], timed: bool) -> None:
-    """Refuse names of channels of which something is not known.
+    """Refuse names that are not those of channels, or channels that do not tell impacts on both membranes.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    titles : list of str
+        The names.
+    timed : bool
+        Whether one of them must be of times.
 
     Raises
     ------
-    ScenarioError
-        With what is wrong with them.
+    UsageError, ScenarioError
+        With all mistakes in them.
     """
     mistakes, hinted = Mistakes(), set[str]()
     taken = [title for title in titles if not title.startswith(UNUSED)]
@@ -243,10 +256,10 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
         )
     for column, title in enumerate(titles, 1):
         if title in taken and _kind_of(title) is None:
-            mistakes.add(1, visible(title[:LONGEST_SHOWN]), partial(_unknown, title, column, hinted))
+            mistakes.add(1, visible(title[:LONGEST_TITLE]), partial(_unknown, title, column, hinted))
     for title, count in Counter(taken).items():
         if count > 1:
-            mistakes.add(1, visible(title[:LONGEST_SHOWN]), "stands twice (each once)")
+            mistakes.add(1, visible(title[:LONGEST_TITLE]), "stands twice (each once)")
     if mistakes:
         raise ScenarioError(name, mistakes.told, mistakes.more)
     places = [title_name[0] for title in taken if (title_name := _kind_of(title))]
@@ -257,8 +270,12 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
     for place in HeardPlace:
         if places.count(place) > 1:
             raise _refused(name, "", f"two signals are of the same kind, {place.value} (allowed: one of each)")
-    each, either = {HeardPlace.BOTTOM, HeardPlace.TOP} & set(places), HeardPlace.EITHER in places
-    if len(each) == 1 or (each and either) or not (each or either or HeardPlace.CAPSULE in places):
+    of_membranes, either = {HeardPlace.BOTTOM, HeardPlace.TOP} & set(places), HeardPlace.EITHER in places
+    if (
+        len(of_membranes) == 1
+        or (of_membranes and either)
+        or not (of_membranes or either or HeardPlace.CAPSULE in places)
+    ):
         raise _refused(
             name,
             "",
@@ -268,14 +285,14 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
 
 
 def _meant(title: str, alike: float = ALIKE) -> str:
-    """The name that is spelled most alike, or that lacks a unit here; "" where there is none."""
-    short = title[:LONGEST_SHOWN]
+    """The channel's name that a misspelt one, or one without its unit, most likely stands for; "" without one."""
+    short = title[:LONGEST_TITLE]
     lacking = next((allowed for allowed in _allowed() if short in (allowed.rpartition("_")[0], allowed[:-5])), "")
     return next(iter(get_close_matches(short, _allowed(), 1, alike)), lacking)
 
 
 def _unknown(title: str, column: int, hinted: set[str]) -> str:
-    """What is said of a name that is not known; each name of ours is meant by one of them."""
+    """Message about a name that is not a channel's, with the likely one, which is hinted at once in a file."""
     allowed = f"(allowed: names such as {EXAMPLE}, or {UNUSED}_...)"
     if not title:
         return f"column {column} has no name {allowed}"
@@ -287,27 +304,46 @@ def _unknown(title: str, column: int, hinted: set[str]) -> str:
 
 
 Located = Callable[[int], tuple[int, Callable[[str], str]]]
-"""Of a sample the line of the file, and what stands there in a column."""
+"""From the number of a sample to its line in the file, and to the cell there under a column's name."""
 
 
-def _at(name: str, title: str, row: int, number: float, message: str, located: Located | None) -> VireportError:
-    """What is wrong with a sample: its line and cell where the file has some, or else its number and value."""
-    if located is None:
-        return _refused(name, title, f"sample {row + 1}, {number!r}, {message}")
-    line, cell = located(row)
-    return _refused(name, title, f"'{visible(cell(title)[:LONGEST_SHOWN])}' {message}", line)
+class _Source(NamedTuple):
+    """A file of signals as messages name it: its name, and its lines and cells where it is a text."""
+
+    name: str
+    located: Located | None = None
+
+    def refused(self, title: str, row: int, number: float, message: str) -> VireportError:
+        """An error about a sample: its line and cell where the file has some, or else its number and value."""
+        if self.located is None:
+            return _refused(self.name, title, f"sample {row + 1}, {number!r}, {message}")
+        line, cell = self.located(row)
+        return _refused(self.name, title, f"'{visible(cell(title)[:LONGEST_TITLE])}' {message}", line)
 
 
 def _recorded(
-    name: str,
-    titles: list[str],
-    columns: list[Array],
-    times: Array | None,
-    rate_hz: float,
-    located: Located | None = None,
+    source: _Source, titles: list[str], columns: list[Array], times: Array | None, rate_hz: float
 ) -> Recording:
-    """A recording of columns, with times or else with a rate; names are known already."""
-    channels = []
+    """Make a recording of the columns of a file, whose names are those of channels.
+
+    Parameters
+    ----------
+    source : _Source
+    titles : list of str
+        Names of the columns.
+    columns : list of Array (n,)
+        In the units of their names.
+    times : Array (n,) or None
+        Of the samples [s].
+    rate_hz : float
+        At which they were taken, without times.
+
+    Raises
+    ------
+    UsageError, ScenarioError
+        If a sample is no measured value, there are too few, or the times are not those of a clock.
+    """
+    name, channels = source.name, []
     for title, column in zip(titles, columns, strict=True):
         signal = None if title.startswith(UNUSED) else _kind_of(title)
         if signal is None:
@@ -317,12 +353,12 @@ def _recorded(
         largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
         if not isfinite(largest):
             row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise _at(name, title, row, float(column[row]), "is not a finite number (allowed: finite ones)", located)
+            raise source.refused(title, row, float(column[row]), "is not a finite number (allowed: finite ones)")
         if signal[0] is None:
             continue
         if largest > LARGEST_VALUE:
             row, allowed = int(np.abs(values).argmax()), f"(allowed: at most {LARGEST_VALUE:g} in SI units)"
-            raise _at(name, title, row, float(column[row]), f"is no measured value {allowed}", located)
+            raise source.refused(title, row, float(column[row]), f"is no measured value {allowed}")
         channels.append(Channel(title, signal[0], values))
     count = len(channels[0].values)
     if count < FEWEST_SAMPLES:
@@ -331,7 +367,7 @@ def _recorded(
         _require_clock(name, 1 / rate_hz)
         return Recording(name, 1 / rate_hz, (Unbroken(0, count, 0.0),), tuple(channels))
     title = next(title for title in titles if (signal := _kind_of(title)) and signal[0] is None)
-    step, stretches, uneven = _clock(name, title, times, located)
+    step, stretches, uneven = _clock(source, title, times)
     return Recording(name, step, stretches, tuple(channels), uneven)
 
 
@@ -346,13 +382,19 @@ def _require_clock(name: str, step: float) -> None:
         raise _refused(name, "time", f"samples are {step:.3g} s apart (allowed: {FINEST:g} to {COARSEST:g} s)")
 
 
-def _clock(name: str, title: str, times: Array, located: Located | None) -> tuple[float, tuple[Unbroken, ...], float]:
-    """The step of times, the stretches without gaps, and by how much times are off an even clock."""
-    steps = np.diff(times)
+def _clock(source: _Source, title: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]:
+    """The step of times [s], the stretches without gaps, and the largest distance of a time from an even clock [s].
+
+    Raises
+    ------
+    UsageError, ScenarioError
+        If the times do not ascend at equal steps.
+    """
+    name, steps = source.name, np.diff(times)
     if (steps <= 0).any():
         row = int(np.flatnonzero(steps <= 0)[0]) + 1
         message = "is not after the time before it (allowed: ascending times, written with enough digits)"
-        raise _at(name, title, row, float(times[row]), message, located)
+        raise source.refused(title, row, float(times[row]), message)
     usual = float(np.median(steps))
     _require_clock(name, usual)
     gaps = np.flatnonzero(steps > GAP * usual)
@@ -374,6 +416,7 @@ def _clock(name: str, title: str, times: Array, located: Located | None) -> tupl
 
 
 def _unequal(steps: Array) -> str:
+    """Message about times at unequal steps [s], and what to do about them."""
     low, high = np.quantile(steps, [0.01, 0.99])
     how = f"interpolate the signals at steps of {float(np.median(steps)):.4g} s first, as by cubic splines"
     allowed = f"(allowed: samples at equal steps, with few gaps; {how})"
@@ -381,6 +424,7 @@ def _unequal(steps: Array) -> str:
 
 
 def _of_csv(name: str, data: bytes) -> Recording:
+    """Read a recording from the bytes of a CSV file."""
     data = with_line_feeds(data)
     end = data.find(b"\n")
     if (start := first_long_line(data)) is not None:
@@ -409,7 +453,7 @@ def _of_csv(name: str, data: bytes) -> Recording:
     )
     with np.errstate(over="ignore"):
         times = columns[k] * size
-    return _recorded(name, names, columns, times, 0.0, partial(_cell_of, data, titles))
+    return _recorded(_Source(name, partial(_cell_of, data, titles)), names, columns, times, 0.0)
 
 
 def _rows(data: bytes) -> Iterator[tuple[int, bytes]]:
@@ -425,11 +469,12 @@ def _cell_of(data: bytes, titles: list[str], row: int) -> tuple[int, Callable[[s
 
 
 def _no_utf_8(error: UnicodeDecodeError) -> str:
+    """Message about a byte that is no UTF-8."""
     return f"byte 0x{error.object[error.start]:02X} is not UTF-8 (save the file as CSV in UTF-8)"
 
 
 def _numbers(name: str, data: bytes, end: int, titles: list[str], used: list[int]) -> Array:
-    """The columns that are used of the rows after the first line, which ends at a place.
+    """Read the numbers of the columns that are used, (n, columns), below the first line, which ends at byte `end`.
 
     Raises
     ------
@@ -451,14 +496,14 @@ def _numbers(name: str, data: bytes, end: int, titles: list[str], used: list[int
 
 
 def _wrong_row(name: str, data: bytes, titles: list[str], used: list[int]) -> VireportError:
-    """The first row of a file that is no row of numbers, with what is wrong with it."""
+    """The error about the first row of a file that is no row of numbers."""
     for line, row in _rows(data):
         try:
             cells = row.decode("utf-8").strip().split(",")
         except UnicodeDecodeError as error:
             k = row.count(b",", 0, error.start)
             return _refused(
-                name, visible((titles[k] if k < len(titles) else "")[:LONGEST_SHOWN]), _no_utf_8(error), line
+                name, visible((titles[k] if k < len(titles) else "")[:LONGEST_TITLE]), _no_utf_8(error), line
             )
         if len(cells) == len(titles) + 1 and not cells[-1].strip():
             named = visible(",".join((*titles, f"{UNUSED}_{len(cells)}")), LONGEST_HEAD)
@@ -482,16 +527,17 @@ def _wrong_row(name: str, data: bytes, titles: list[str], used: list[int]) -> Vi
 
 
 def _of_wav(name: str, data: bytes, notes: Notes) -> Recording:
+    """Read a recording from the bytes of a WAV file and its notes."""
     sound = read_sound(name, data)
     if len(sound.channels) != len(notes.full_scales):
         count = f"names {len(notes.full_scales)} channels, and the file has {len(sound.channels)}"
         raise _refused(notes.name, "channels", f"{count} (allowed: all of them)", notes.line)
     columns = [full * samples for full, samples in zip(notes.full_scales.values(), sound.channels, strict=True)]
-    return _recorded(name, list(notes.full_scales), columns, None, sound.rate_hz)
+    return _recorded(_Source(name), list(notes.full_scales), columns, None, sound.rate_hz)
 
 
 class Notes(Struct, frozen=True):
-    """What the channels of a WAV file are, each with its full scale in its unit, by the notes beside it.
+    """Names and full scales of the channels of a WAV file, from the notes that come with it.
 
     Attributes
     ----------
@@ -508,7 +554,7 @@ class Notes(Struct, frozen=True):
 
 
 def _notes(path: str, place: ReadingPlace) -> Notes:
-    """The notes beside a WAV file, read as strictly as a scenario.
+    """Read the notes that come with a WAV file, as strictly as a scenario.
 
     Raises
     ------
@@ -542,7 +588,7 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
     for title, full in channels.items():
         if isinstance(full, bool) or not isinstance(full, int | float) or not 0 < abs(full) <= LARGEST_VALUE:
             key = join("channels", title)
-            value_text = visible(document.written.get(key, "a block of keys or a list"), LONGEST_SHOWN)
+            value_text = visible(document.written.get(key, "a block of keys or a list"), LONGEST_TITLE)
             value_text = f"'{value_text}'" if isinstance(full, str) and value_text[:1] not in "'\"" else value_text
             message = f"got {value_text} (allowed: full scale in the unit, negative if turned about)"
             raise _refused(file_name, key, message, document.line_of(key))
@@ -550,6 +596,8 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
 
 
 def _of_mat(name: str, data: bytes) -> Recording:
+    """Read a recording from the bytes of a MATLAB file."""
+
     def wanted(titles: list[str]) -> list[str]:
         names = [title for title in titles if title != RATE]
         if not names:
@@ -574,8 +622,8 @@ def _of_mat(name: str, data: bytes) -> Recording:
         size = UNITS["time"][used[timed[0]].removeprefix("time_")]
         with np.errstate(over="ignore"):
             times = columns[timed[0]] * size
-        return _recorded(name, used, columns, times, 0.0)
+        return _recorded(_Source(name), used, columns, times, 0.0)
     rate = vectors_of_file[RATE]
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not isfinite(hertz := float(rate.ravel()[0])) or hertz <= 0:
         raise _refused(name, RATE, "is no positive number (allowed: samples in a second)")
-    return _recorded(name, used, columns, None, hertz)
+    return _recorded(_Source(name), used, columns, None, hertz)

@@ -1,7 +1,7 @@
 """Impacts as they were measured: a CSV of times and membranes, read strictly.
 
-A misread time is a wrong restitution, so nothing is guessed: each mistake is told with its line, what is there and what
-is allowed, and the first of them all together.
+A misread time is a wrong restitution, so nothing is guessed: mistakes are listed with their lines, with what is there
+and what is allowed, the first of them all together.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import partial
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -36,9 +37,9 @@ UTF_16 = b"\xff\xfe", b"\xfe\xff"
 
 COLUMNS = TIME, MEMBRANE, *UNUSED, ERROR
 ALIKE = 0.5
-"""From which on a name is taken for one of ours that was misspelt, as `difflib` counts it."""
+"""Similarity by `difflib` from which a name is taken for a misspelt column."""
 
-LONGEST_SHOWN, LONGEST_CELL = 60, 40
+LONGEST_TITLE, LONGEST_CELL = 60, 40
 """Characters of a column's name, and of a cell."""
 
 SIDES = {"bottom": 1.0, "top": -1.0}
@@ -60,7 +61,7 @@ LEAST_STEP = 1e-6
 
 
 class Sweepable(Struct, frozen=True):
-    """A parameter that a record may be of several values of, and between which: those of the scenario's sweep."""
+    """A parameter that may vary in a record, as a column of it, and the ends of the scenario's sweep of it."""
 
     parameter: Parameter
     low: float
@@ -72,7 +73,7 @@ class Sweepable(Struct, frozen=True):
 
     @property
     def allowed(self) -> str:
-        """What is said of a value that is not."""
+        """Message about a value outside the sweep."""
         return f"outside the sweep (allowed: {self.low:g} to {self.high:g} {self.parameter.unit})"
 
 
@@ -189,8 +190,8 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
     rows = ((reader.line_num, row) for row in reader)
     mistakes = Mistakes()
     try:
-        places, unused, head = _columns(rows, name, swept)
-        times, walls, errors, values, lines = _values(rows, places, unused, head, swept, mistakes)
+        layout = _columns(rows, name, swept)
+        times, walls, errors, values, lines = _values(rows, layout, swept, mistakes)
     except csv.Error as error:
         # Where a quote is not closed, the file ends before the row does.
         raise _refused(name, reader.line_num, "", f"{error} (allowed: CSV with commas)") from None
@@ -204,7 +205,7 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
             name, lines[-1] if lines else 1, "", f"{count} (at least {FEWEST} are needed, and some tens to be of use)"
         )
     stated_errors, swept_values = (np.array(column) if column else None for column in (errors, values))
-    record = Record(name, np.array(times), np.array(walls), unused, swept=swept_values, errors=stated_errors)
+    record = Record(name, np.array(times), np.array(walls), layout.unused, swept=swept_values, errors=stated_errors)
     if swept_values is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
         frequency_hz = float(np.median(swept_values))
     _require_seconds(record, lines[0], frequency_hz)
@@ -212,13 +213,26 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
 
 
 def _refused(name: str, line: int, path: str, message: str) -> ScenarioError:
+    """An error about one line of a record."""
     return ScenarioError(name, [Mistake(line, path, message)])
 
 
-def _columns(
-    rows: Iterator[tuple[int, list[str]]], name: str, swept: Sweepable | None
-) -> tuple[dict[str, int], tuple[str, ...], int]:
-    """Places of the columns by their names, those that are not used, and the number of columns."""
+class _Layout(NamedTuple):
+    """The columns of a record: their places by name, those whose numbers are not used, and how many there are."""
+
+    places: dict[str, int]
+    unused: tuple[str, ...]
+    columns: int
+
+
+def _columns(rows: Iterator[tuple[int, list[str]]], name: str, swept: Sweepable | None) -> _Layout:
+    """Read the head of a record, its first line that is not blank.
+
+    Raises
+    ------
+    ScenarioError
+        If it names no columns of a record, or some twice, or not those that are needed.
+    """
     line, head = next(((line, row) for line, row in rows if any(cell.strip() for cell in row)), (1, []))
     example = f"the first line is {TIME},{MEMBRANE}"
     if not head:
@@ -229,13 +243,13 @@ def _columns(
     titles = [cell.strip() for cell in head]
     allowed = COLUMNS if swept is None else (*COLUMNS, swept.parameter.value)
     # What is no record at all, of which nothing is shown: it may be a file that was not meant to be read.
-    alike = (get_close_matches(title[:LONGEST_SHOWN], allowed, 1, ALIKE) for title in titles[: len(allowed)])
+    alike = (get_close_matches(title[:LONGEST_TITLE], allowed, 1, ALIKE) for title in titles[: len(allowed)])
     if set(titles).isdisjoint(allowed) and not any(alike):
         raise _refused(name, line, "", f"no column is known by its name ({example}, an impact on each that follows)")
     mistakes = Mistakes()
     for title in titles:
         if title not in allowed:
-            mistakes.add(line, visible(title[:LONGEST_SHOWN]), partial(_unknown, title, allowed))
+            mistakes.add(line, visible(title[:LONGEST_TITLE]), partial(_unknown, title, allowed))
     count = Counter(titles)
     for title in allowed:
         if count[title] > 1:
@@ -245,31 +259,41 @@ def _columns(
             mistakes.add(line, title, f"the column is missing ({example})")
     if mistakes:
         raise ScenarioError(name, mistakes.told, mistakes.more)
-    return {title: k for k, title in enumerate(titles)}, tuple(x for x in UNUSED if x in count), len(titles)
+    return _Layout({title: k for k, title in enumerate(titles)}, tuple(x for x in UNUSED if x in count), len(titles))
 
 
 def _unknown(title: str, allowed: tuple[str, ...]) -> str:
-    close = get_close_matches(title[:LONGEST_SHOWN], allowed, 1, ALIKE)
+    """Message about a column with a name that is not allowed, with the likely one."""
+    close = get_close_matches(title[:LONGEST_TITLE], allowed, 1, ALIKE)
     hint = f"; did you mean '{close[0]}'?" if close else ""
     what = f"unknown column{hint}" if title else "a column without a name"
     return f"{what} (allowed: {', '.join(allowed)})"
 
 
 def _values(
-    rows: Iterator[tuple[int, list[str]]],
-    places: dict[str, int],
-    unused: tuple[str, ...],
-    head: int,
-    swept: Sweepable | None,
-    mistakes: Mistakes,
+    rows: Iterator[tuple[int, list[str]]], layout: _Layout, swept: Sweepable | None, mistakes: Mistakes
 ) -> tuple[list[float], list[float], list[float], list[float], list[int]]:
-    """Times, sides, errors and values of the swept parameter (none without their columns) and lines of all impacts.
+    """Read the impacts of a record, a row each.
 
-    What is wrong with them is added to the mistakes.
+    Parameters
+    ----------
+    rows : iterator of (int, list of str)
+        Lines with their cells.
+    layout : _Layout
+    swept : Sweepable or None
+    mistakes : Mistakes
+        To which those in the rows are added.
+
+    Returns
+    -------
+    times, walls, errors, values : list of float
+        Of all impacts; errors and values of the swept parameter are empty without their columns.
+    lines : list of int
     """
     times, walls, errors, values, lines = [], [], [], [], []
+    places, head = layout.places, layout.columns
     swept_column = None if swept is None else places.get(swept.parameter.value)
-    time, membrane, others = places[TIME], places[MEMBRANE], [(name, places[name]) for name in unused]
+    time, membrane, others = places[TIME], places[MEMBRANE], [(name, places[name]) for name in layout.unused]
     for line, row in rows:
         if not row or (len(row) == 1 and not row[0].strip()):
             continue
@@ -303,12 +327,14 @@ def _values(
 
 
 def _wrong_count(row: list[str], head: int) -> str:
+    """Message about a row with another number of cells than the head."""
     hint = " A decimal comma?" if len(row) > head else " Semicolons?" if ";" in row[0] else ""
     count = f"{len(row)} value{'s' * (len(row) != 1)} for {head} columns.{hint}"
     return f"{count} (allowed: commas between columns, and points in numbers)"
 
 
 def _no_membrane(text: str) -> str:
+    """Message about a cell that names no membrane."""
     cell = visible(text.strip()[:LONGEST_CELL])
     close = get_close_matches(cell.lower(), SIDES, 1)
     hint = f"; did you mean '{close[0]}'?" if close else ""
@@ -316,7 +342,7 @@ def _no_membrane(text: str) -> str:
 
 
 def _number(text: str, line: int, column: str, mistakes: Mistakes) -> float | None:
-    """A number of a cell; None where it is none, which is added to the mistakes."""
+    """The number in a cell; None of a cell without a finite one, which is added to the mistakes."""
     cell = text.strip()
     try:
         value = float(cell) if cell.isascii() and "_" not in cell else None
@@ -329,7 +355,7 @@ def _number(text: str, line: int, column: str, mistakes: Mistakes) -> float | No
 
 
 def no_number(text: str) -> str:
-    """What is said of a cell that holds no finite number."""
+    """Message about a cell that holds no finite number."""
     hint = "; decimal comma?" if text.count(",") == 1 else ""
     what = f"'{visible(text[:LONGEST_CELL])}' is not a finite number{hint}" if text else "is empty"
     return f"{what} (allowed: a number with a decimal point, such as 0.2345)"
@@ -344,7 +370,7 @@ def _require_order(times: list[float], lines: list[int], mistakes: Mistakes) -> 
 
 
 def _require_seconds(record: Record, line: int, frequency_hz: float) -> None:
-    """Refuse times in another unit.
+    """Refuse times that are in another unit than seconds, or too far from 0 to have their digits.
 
     Raises
     ------

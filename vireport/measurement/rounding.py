@@ -36,7 +36,7 @@ SEED = 0
 
 
 class Rounding(Struct, frozen=True):
-    """The step that times are multiples of.
+    """The rounding of a record's times to multiples of a step.
 
     Attributes
     ----------
@@ -55,13 +55,13 @@ class Rounding(Struct, frozen=True):
         return self.step_s / sqrt(12)
 
     def independent(self, times: Array) -> Array:
-        """The times with independent errors, of which the mean over the repetitions is as large as rounding [s]."""
+        """Times [s] with independent errors added, as large in the mean over repetitions as rounding is in each."""
         added = sqrt(self.repeated) * self.error_s
         return times + added * np.random.default_rng(SEED).standard_normal(len(times))
 
 
 def rounding_of(times: Array) -> Rounding | None:
-    """The step whose multiples all differences of some times are; None where there is none, or too few tell of one."""
+    """Find the step to multiples of which times [s] were rounded; None where no step is evident."""
     if len(times) < FEWEST:
         return None
     flights = np.diff(times)
@@ -80,7 +80,7 @@ def rounding_of(times: Array) -> Rounding | None:
 
 
 def _refined(since: Array, flights: Array, step: float) -> float | None:
-    """A step by all flights and then by all times; None where these are not its multiples."""
+    """A step refined by all flights and then by all times; None where these are not its multiples."""
     for values in (np.sort(flights), np.sort(since)):
         # The error of a step counts once for each of a value: short values are whole first, and refine it.
         for count in _doubled(len(values)):
@@ -93,7 +93,7 @@ def _refined(since: Array, flights: Array, step: float) -> float | None:
 
 
 def _doubled(count: int) -> list[int]:
-    """Growing numbers, of which the last is the one given."""
+    """Powers of two below a number, and that number."""
     return [*takewhile(lambda size: size < count, (2**k for k in range(1, 64))), count]
 
 

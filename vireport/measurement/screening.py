@@ -1,4 +1,4 @@
-"""Which measured impacts are impacts, and between which others were missed, each held against the timing error.
+"""Screening of measured impacts: rows that are no impacts, and flights in which impacts were missed.
 
 An impact that was missed makes one flight of two: both equations that need it fail. One that was none makes two flights
 of one: three fail. An equation has failed where it is beyond `FAILED` standard deviations of the timing error.
@@ -42,7 +42,7 @@ class Gap(Struct, frozen=True):
 
 
 class Screened(Struct, frozen=True, eq=False):
-    """A record without what is no impact, and which of its flights are flights.
+    """The result of screening a record: rows that are impacts, and flights between them that are single ones.
 
     Attributes
     ----------
@@ -58,17 +58,17 @@ class Screened(Struct, frozen=True, eq=False):
     gaps: tuple[Gap, ...]
 
     def same_as(self, other: Screened) -> bool:
-        """Whether both say the same of a record."""
+        """Whether both keep the same impacts and the same flights of a record."""
         return np.array_equal(self.kept, other.kept) and np.array_equal(self.flown, other.flown)
 
 
 def whole(count: int) -> Screened:
-    """A record of which nothing is doubted."""
+    """The screening of a record of so many impacts of which nothing is doubted."""
     return Screened(np.arange(count), np.ones(count - 1, dtype=bool), ())
 
 
 def typical(system: Equations, share: float = MOST) -> float:
-    """Timing error that most equations agree on [s], by that which a share of them keeps to.
+    """Timing error that most equations of a record agree on [s]: robust, from a quantile of their residuals.
 
     A smaller share than usual would not do for a fit: of the four equations of a 3:1 motion three can always be met.
     """
@@ -112,7 +112,7 @@ def screened(model: ClockedDevice, impacts: MeasuredImpacts, timing_error_s: flo
 
 
 def without_flights(screening: Screened, times: Array, flights: Indices) -> Screened:
-    """A screened record without some more flights, of which nothing is known."""
+    """A screening without some more flights, by their first impacts; of `times` [s] of all rows."""
     flown = screening.flown.copy()
     flown[flights] = False
     kept_times = times[screening.kept]
@@ -121,7 +121,7 @@ def without_flights(screening: Screened, times: Array, flights: Indices) -> Scre
 
 
 def _runs(failed: Indices) -> list[Indices]:
-    """Neighbours among equations that have failed."""
+    """Runs of consecutive impacts among those whose equations have failed."""
     return [run for run in np.split(failed, np.flatnonzero(np.diff(failed) > 1) + 1) if len(run)]
 
 
@@ -181,7 +181,7 @@ def _missed(
 def _misfit(
     model: ClockedDevice, impacts: MeasuredImpacts, around: Indices, missed: tuple[int, float], tried: Array
 ) -> Array:
-    """How far the equations around flights fail with an impact in them at each of some times [s]: (g, t).
+    """Timing error with which the equations around flights hold if an impact is put into them: (g, t) [s].
 
     Parameters
     ----------

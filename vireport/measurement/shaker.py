@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from vireport.base.errors import UsageError
 from vireport.base.records import brief
-from vireport.measurement.flights import Array
+from vireport.measurement.flights import Array, Mask
 from vireport.measurement.recordings import Channel, Recording
 from vireport.physics.device import Device
 
@@ -217,19 +217,21 @@ def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -
     span = float(times[-1] - times[0]) if len(times) else 0.0
     if span * frequency_hz < FEWEST_PERIODS:
         raise UsageError(f"{name}: {span * frequency_hz:.3g} periods of the force (allowed: {FEWEST_PERIODS} and more)")
-    step = together * recording.step_s
+    # From the middle of the record on, where the phase does not depend on the frequency.
     middle = float(times[0] + times[-1]) / 2
-    t = times - middle
-    omega = 2 * pi * _line(name, t, values, step, span, frequency_hz)
-    used = np.ones(len(t), dtype=bool)
+    means = _Means(times - middle, values, together * recording.step_s, span)
+    omega = 2 * pi * _line(name, means, frequency_hz)
+    t, used = means.times, np.ones(len(times), dtype=bool)
     coefficients: Array = np.zeros(2 * ORDERS + 1)
     for _ in range(ROUNDS):
         design = _design(t, omega, recording.step_s, together)
+        # Before there is an amplitude nothing depends on the frequency.
         slope = _by_frequency(design, t, coefficients)
         every = np.column_stack([design, slope]) if slope.any() else design
         solved = _solved(every[used], values[used])
         coefficients, move = solved[: 2 * ORDERS + 1], float(solved[-1]) if slope.any() else 1.0
         left = values - design @ coefficients
+        # The median of the absolute deviations is hardly moved by impacts; 1.4826 of it is a standard deviation.
         deviation = 1.4826 * float(np.median(np.abs(left)))
         now = np.abs(left) <= max(OUTLYING * deviation, 1e-12 * float(np.abs(values).max()))
         same = bool(np.mean(now != used) < FEW_CHANGE)
@@ -243,15 +245,62 @@ def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -
     solved = _solved(every[used], values[used])
     left = np.where(used, values - every @ solved, 0.0)
     inverse: Array = np.asarray(np.linalg.inv(every[used].T @ every[used]), dtype=np.float64)
-    noise = _noise(t, left, step, omega, span, int(used.sum()))
+    noise = _noise(means, left, omega, int(used.sum()))
     spread = np.repeat(np.sqrt(noise), 2)
     deviations = np.concatenate([[spread[0]], spread, [spread[0]]])
     covariance = inverse * np.outer(deviations, deviations)
-    return _motion(channel, coefficients, covariance, omega, middle, left[used], used, t, values, design)
+    return _motion(channel, means, middle, _Fit(coefficients, covariance, omega, used, left[used], design))
+
+
+class _Means(Struct, frozen=True, eq=False):
+    """Means of neighbouring samples, from which a motion is fitted.
+
+    Attributes
+    ----------
+    times : Array (k,)
+        Of their middles, from the middle of the record on [s].
+    values : Array (k,)
+    step : float
+        Time from a mean to the next [s].
+    span : float
+        Time from the first to the last [s].
+    """
+
+    times: Array
+    values: Array
+    step: float
+    span: float
+
+
+class _Fit(Struct, frozen=True, eq=False):
+    """A sum of harmonics fitted to means of samples.
+
+    Attributes
+    ----------
+    coefficients : Array (2 `ORDERS` + 1,)
+        The constant, then cosine and sine of each order.
+    covariance : Array (2 `ORDERS` + 2, 2 `ORDERS` + 2)
+        Of these and the angular frequency.
+    omega : float
+        The angular frequency [rad/s].
+    used : Mask (k,)
+        Means that do not stand out of the rest.
+    residuals : Array
+        Of the means that are used.
+    design : Array (k, 2 `ORDERS` + 1)
+        Derivatives of the means by the coefficients.
+    """
+
+    coefficients: Array
+    covariance: Array
+    omega: float
+    used: Mask
+    residuals: Array
+    design: Array
 
 
 def _means(recording: Recording, channel: Channel, together: int) -> tuple[Array, Array]:
-    """Means of some samples each, and the times of their middles."""
+    """Times of the middles [s] and values of the means of so many samples each, in each unbroken stretch."""
     times, values = [], []
     for stretch in recording.stretches:
         count = (stretch.last - stretch.first) // together
@@ -262,23 +311,29 @@ def _means(recording: Recording, channel: Channel, together: int) -> tuple[Array
 
 
 def _even(t: Array, values: Array, step: float) -> Array:
-    """Values on an even clock, 0 where there are none."""
+    """Values at times that are multiples of a step, on an even clock without gaps: 0 where there are none."""
     rows = np.round((t - t[0]) / step).astype(int)
     even = np.zeros(rows[-1] + 1)
     even[rows] = values
     return even
 
 
-def _line(name: str, t: Array, values: Array, step: float, span: float, expected: float) -> float:
-    """Frequency of the strongest line near that which is expected [Hz]."""
-    even = _even(t, values - np.median(values), step)
+def _line(name: str, means: _Means, expected: float) -> float:
+    """Frequency of the strongest line of the spectrum near an expected one [Hz].
+
+    Raises
+    ------
+    UsageError
+        If another line is stronger.
+    """
+    even = _even(means.times, means.values - np.median(means.values), means.step)
     size = 1 << int(np.ceil(np.log2(PADDED * len(even))))
     power = np.abs(np.fft.rfft(even, size)) ** 2
-    lines = np.fft.rfftfreq(size, step)
+    lines = np.fft.rfftfreq(size, means.step)
     near = np.abs(lines / expected - 1) < WITHIN
     peak = float(lines[near][np.argmax(power[near])])
     # Twice and half the frequency would be of another motion: the line must be the strongest of all slow ones.
-    slow = (lines > max(0.2 * expected, 3 / span)) & (lines < 5 * expected)
+    slow = (lines > max(0.2 * expected, 3 / means.span)) & (lines < 5 * expected)
     strongest = float(lines[slow][np.argmax(power[slow])])
     if abs(strongest / expected - 1) >= WITHIN:
         raise UsageError(
@@ -289,9 +344,10 @@ def _line(name: str, t: Array, values: Array, step: float, span: float, expected
 
 
 def _design(t: Array, omega: float, step: float, together: int) -> Array:
-    """1, and the means of cosine and sine of each order."""
+    """Columns of the least squares (k, 2 `ORDERS` + 1): 1, and the means of cosine and sine of each order."""
     columns = [np.ones_like(t)]
     for order in range(1, ORDERS + 1):
+        # The mean of neighbouring samples of a wave is smaller by the Dirichlet kernel.
         half = order * omega * step / 2
         share = np.sin(together * half) / (together * np.sin(half))
         columns += [share * np.cos(order * omega * t), share * np.sin(order * omega * t)]
@@ -308,7 +364,7 @@ def _solved(design: Array, values: Array) -> Array:
 
 
 def _by_frequency(design: Array, t: Array, coefficients: Array) -> Array:
-    """Derivative of what is fitted by omega."""
+    """Derivative of the fitted means by the angular frequency: (k,)."""
     slope = np.zeros_like(t)
     for order in range(1, ORDERS + 1):
         a, b = coefficients[2 * order - 1 : 2 * order + 1]
@@ -316,13 +372,17 @@ def _by_frequency(design: Array, t: Array, coefficients: Array) -> Array:
     return slope
 
 
-def _noise(t: Array, left: Array, step: float, omega: float, span: float, count: int) -> Array:
-    """Variance of white noise that is as strong as what is left around each harmonic."""
-    even = _even(t, left, step)
+def _noise(means: _Means, residuals: Array, omega: float, count: int) -> Array:
+    """Variance of the white noise that is as strong as the residuals around each harmonic, (`ORDERS`,).
+
+    `residuals` (k,) are zero where a mean is not used, `count` are used.
+    """
+    even = _even(means.times, residuals, means.step)
     power = np.abs(np.fft.rfft(even)) ** 2 / count
-    at = np.arange(1, ORDERS + 1) * omega / (2 * pi) * step * len(even)
+    at = np.arange(1, ORDERS + 1) * omega / (2 * pi) * means.step * len(even)
     near, far = NEIGHBOURS
-    far = int(min(far, max(near + 3, omega / (2 * pi) * span / 3)))
+    # Not as far as a third of the way to the next harmonic.
+    far = int(min(far, max(near + 3, omega / (2 * pi) * means.span / 3)))
     noise = []
     for line in np.round(at).astype(int):
         neighbours = np.concatenate([np.arange(line - far, line - near + 1), np.arange(line + near, line + far + 1)])
@@ -331,18 +391,9 @@ def _noise(t: Array, left: Array, step: float, omega: float, span: float, count:
     return np.array(noise)
 
 
-def _motion(
-    channel: Channel,
-    coefficients: Array,
-    covariance: Array,
-    omega: float,
-    middle: float,
-    left: Array,
-    used: Array,
-    t: Array,
-    values: Array,
-    design: Array,
-) -> ShakerMotion:
+def _motion(channel: Channel, means: _Means, middle: float, fit: _Fit) -> ShakerMotion:
+    """The shaker's motion in amplitudes and phases, of a fit about the middle of a record [s]."""
+    coefficients, covariance, omega = fit.coefficients, fit.covariance, fit.omega
     a, b = coefficients[1:3]
     amplitude, lag = hypot(a, b), atan2(b, a)
     covariance_block = covariance[1:3, 1:3]
@@ -356,6 +407,7 @@ def _motion(
         k = 2 * order - 1
         c, s = coefficients[k : k + 2]
         size = hypot(c, s)
+        # Phases are relative to the maximum of the sine, whose error turns a harmonic by its order as much.
         error = sqrt((covariance[k, k] + covariance[k + 1, k + 1]) / 2)
         phase = degrees(order * lag - atan2(s, c)) % 360
         turn = degrees(hypot(error / size, order * phase_error)) if size else 180.0
@@ -371,11 +423,11 @@ def _motion(
         phase_error,
         tuple(harmonics),
         float(coefficients[0]),
-        float(np.std(left)),
-        float(1 - used.mean()),
-        (omega * t - lag) % (2 * pi),
-        values,
-        design @ coefficients,
+        float(np.std(fit.residuals)),
+        float(1 - fit.used.mean()),
+        (omega * means.times - lag) % (2 * pi),
+        means.values,
+        fit.design @ coefficients,
     )
 
 
@@ -394,7 +446,7 @@ def shaker_findings(recording: Recording, shaker: ShakerMotion, device: Device) 
 
 
 def _of_unit(shaker: ShakerMotion, device: Device) -> Iterator[ShakerFinding]:
-    """Whether the record fits the scenario with a factor, of a unit or of a reversed axis."""
+    """Findings that the record fits the scenario only with a factor: of another unit, or of a reversed axis."""
     name, stated = shaker.channel.name, float(device.amplitude_n) / float(device.capsule_mass_kg)
     ratio = stated / shaker.amplitude
     factor = next((unit_factor for unit_factor in FACTORS if abs(ratio / unit_factor - 1) < SAME_FACTOR), 1.0)
@@ -413,7 +465,10 @@ def _of_unit(shaker: ShakerMotion, device: Device) -> Iterator[ShakerFinding]:
 
 
 def _turned(shaker: ShakerMotion, device: Device) -> bool:
-    """Whether the even harmonics that a scenario says have the other sign in a record: a sine alone has none."""
+    """Whether the record has the scenario's even harmonics with the other sign, as of a sensor with a reversed axis.
+
+    Reversed, a force is its mirror image, which half a period later has the same odd harmonics.
+    """
     measured = {harmonic.order: harmonic for harmonic in shaker.harmonics if harmonic.significant}
     off = [
         (measured[harmonic.order].phase_deg - degrees(atan2(-harmonic.sine, harmonic.cosine))) % 360
@@ -424,7 +479,7 @@ def _turned(shaker: ShakerMotion, device: Device) -> bool:
 
 
 def _lone(recording: Recording, shaker: ShakerMotion) -> Iterator[ShakerFinding]:
-    """Single samples that are much farther from what is fitted than all others."""
+    """Findings of single samples that are much farther from the fitted motion than all others."""
     values = shaker.channel.values
     times = np.concatenate(
         [
@@ -442,7 +497,7 @@ def _lone(recording: Recording, shaker: ShakerMotion) -> Iterator[ShakerFinding]
 
 
 def _clipping(shaker: ShakerMotion) -> Iterator[ShakerFinding]:
-    """Whether a signal stays at its largest or least value for longer than a crest does."""
+    """A finding if a signal stays at its largest or least value for longer than a crest does."""
     values = shaker.channel.values
     steps = np.abs(np.diff(values[:100_000]))
     step = float(steps[steps > 0].min(initial=np.inf))

@@ -1,4 +1,4 @@
-"""From raw signals to what is asked of them: the impacts, and the shaker as it moved in place of the scenario's."""
+"""From raw signals to impacts and the shaker's motion, which takes the place of the scenario's force."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OF_SHAKER = Unknown.AMPLITUDE, Unknown.FREQUENCY
 
 
 class Signals(Struct, frozen=True, eq=False):
-    """What raw signals tell before anything is identified.
+    """Impacts and the shaker's motion, from the raw signals of one recording.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Signals(Struct, frozen=True, eq=False):
 
     @property
     def record(self) -> Record:
-        """What is identified from."""
+        """The impacts as a record, from which a device is identified."""
         beginnings = self.picked
         maximum = self.shaker.maximum_s if self.shaker is not None else None
         return Record(
@@ -132,7 +132,7 @@ def _require_upright(name: str, shaker: ShakerMotion, device: Device) -> None:
 
 
 def with_shaker(inquiry: Inquiry, shaker: ShakerMotion, delay_s: float) -> Inquiry:
-    """What is asked of a device whose shaker was measured: its force, frequency and harmonics with their errors.
+    """An identification in which force, frequency and harmonics are the measured ones, with their errors as priors.
 
     Parameters
     ----------
@@ -162,4 +162,5 @@ def with_shaker(inquiry: Inquiry, shaker: ShakerMotion, delay_s: float) -> Inqui
 
 
 def _values(shaker: ShakerMotion, mass_kg: float) -> tuple[tuple[Unknown, float], ...]:
+    """Force amplitude [N] on a capsule and frequency [Hz] of a shaker's motion."""
     return (Unknown.AMPLITUDE, mass_kg * shaker.amplitude), (Unknown.FREQUENCY, shaker.frequency_hz)

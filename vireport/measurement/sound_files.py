@@ -28,7 +28,7 @@ UNKNOWN = 0xFFFFFFFF
 
 
 class Sound(Struct, frozen=True, eq=False):
-    """What a WAV file holds.
+    """The samples of a WAV file and their rate.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Where the search for the most likely parameters begins: a fit that a few wrong impacts hardly move.
+"""Starting values of the fit: robust ones, which a few wrong impacts hardly move.
 
 Each equation counts on its own, over the standard deviation that the timing error gives it, and the less the further
 it is off. The phase of the force, where it is not known, is tried around the circle.
@@ -54,7 +54,7 @@ CLOCK = {Unknown.FREQUENCY, Unknown.DRIFT}
 
 
 def starts(inquiry: Inquiry, impacts: MeasuredImpacts) -> list[ClockedDevice]:
-    """Models to begin with: one for each phase of the force around which the first impacts fit about as well as best.
+    """Models to start fits from: one for each phase of the force at which the first impacts fit about as well as best.
 
     A periodic record may fit several.
     """
@@ -67,10 +67,10 @@ def starts(inquiry: Inquiry, impacts: MeasuredImpacts) -> list[ClockedDevice]:
     tried: list[ClockedDevice] = []
     for part in parts:
         around = _best_around(inquiry, part)
-        tried += _best([_fitted(inquiry.begun_with(one), part) for one in around], inquiry.unknowns, [part])
+        tried += _best([_fitted(inquiry.begun_with(model), part) for model in around], inquiry.unknowns, [part])
     # All that fit one part are fitted to all, the first impacts first.
     for part in parts:
-        tried = [_fitted(inquiry.begun_with(one), part) for one in tried]
+        tried = [_fitted(inquiry.begun_with(model), part) for model in tried]
     return [_grown(inquiry.begun_with(best), impacts) for best in _best(tried, inquiry.unknowns, parts)]
 
 
@@ -83,7 +83,7 @@ def _best(
     """
     if not fitted:
         return []
-    cost = np.array([[_spread(one, part, MANY) for part in parts] for one in fitted])
+    cost = np.array([[_spread(model, part, MANY) for part in parts] for model in fitted])
     # Of a part with hardly a flight nothing is known, and it says the same of all.
     cost = np.clip(cost, 1e-5 / fitted[0].device.frequency_hz, 1e9)
     cost /= cost.min(axis=0)
@@ -94,10 +94,10 @@ def _best(
     return apart[:MOST_STARTS]
 
 
-def same_start(one: ClockedDevice, other: ClockedDevice, unknowns: tuple[Unknown, ...]) -> bool:
-    """Whether two fits are one, up to what may yet be refined."""
-    turned = cos(one.phase - other.phase) > cos(CLOSE)
-    values = ((one.value_of(x), other.value_of(x)) for x in unknowns if x in RESTITUTIONS)
+def same_start(model: ClockedDevice, other: ClockedDevice, unknowns: tuple[Unknown, ...]) -> bool:
+    """Whether two starts are so near that they lead to one fit: in phase, and in restitutions that are unknown."""
+    turned = cos(model.phase - other.phase) > cos(CLOSE)
+    values = ((model.value_of(x), other.value_of(x)) for x in unknowns if x in RESTITUTIONS)
     return turned and all(abs(a - b) < CLOSE for a, b in values)
 
 
@@ -131,17 +131,17 @@ def _best_around(inquiry: Inquiry, part: MeasuredImpacts) -> list[ClockedDevice]
     lowest = (costs <= np.roll(costs, 1, axis=0)) & (costs <= np.roll(costs, -1, axis=0))
     chosen = {int(k) for i in (0, 1) for k in np.argsort(np.where(lowest[:, i], costs[:, i], np.inf))[:MOST_TRIED]}
     around = (model.with_values((Unknown.PHASE,), phases[k : k + 1]) for k in sorted(chosen) if lowest[k].any())
-    return [_with_typical_restitutions(inquiry.begun_with(one), part) for one in around]
+    return [_with_typical_restitutions(inquiry.begun_with(phased), part) for phased in around]
 
 
 def _counts(x: Unknown, sides: Array) -> Mask:
-    """Which impacts a restitution is of, by their membranes."""
+    """Which impacts a restitution applies to, by their membranes (1 bottom, -1 top)."""
     side = {Unknown.RESTITUTION_BOTTOM: 1, Unknown.RESTITUTION_TOP: -1}.get(x, 0)
     return np.asarray((sides == side) | (side == 0))
 
 
 def _middle(single: Array) -> Array:
-    """Medians of rows without what is not a number; 0.5 of those in which nothing else is."""
+    """Medians of rows (p, m) without NaN, within 0.01 and 0.99; 0.5 of rows without a number."""
     ordered = np.sort(single, axis=1)
     count = np.sum(np.isfinite(ordered), axis=1)
     if not single.shape[1]:
@@ -191,7 +191,7 @@ def _fitted(inquiry: Inquiry, part: MeasuredImpacts) -> ClockedDevice:
         return most
     # Of three impacts of a motion two can be met exactly, with the third far off: only where all else fails.
     other = _descended(inquiry, part, MANY)
-    return min(most, other, key=lambda one: _spread(one, part, MANY))
+    return min(most, other, key=lambda fit: _spread(fit, part, MANY))
 
 
 def _descended(inquiry: Inquiry, part: MeasuredImpacts, share: float) -> ClockedDevice:
