@@ -22,7 +22,7 @@ from record import processor_time, record
 
 from vireport import load
 from vireport.motions.diagram import solve
-from vireport.motions.orbits import orbits
+from vireport.motions.orbits import Dynamics, orbits_of
 from vireport.motions.periodicity import linearised
 from vireport.motions.pointwise import find_motions
 from vireport.motions.sweep import Sweep
@@ -85,7 +85,7 @@ def main() -> None:
         own = replace(device, harmonics=force)
         groups = own.groups(Parameter.LENGTH, own.length_m)
         one = groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar]))
-        motion_s, _ = processor_time(lambda force=force: orbits(u, phi, 0.5, 1, harmonics=force), 5)
+        motion_s, _ = processor_time(lambda force=force: orbits_of(Dynamics(0.5, 1, force), u, phi), 5)
         point_s, found = processor_time(lambda one=one: find_motions(one, 1), 5)
         sweep_s, _ = processor_time(lambda own=own: solve(Sweep(own, swept.parameter, swept.from_, swept.to)))
         model, start = (

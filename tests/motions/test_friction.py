@@ -13,7 +13,7 @@ from vireport.design.point import motions_at
 from vireport.design.solution import solution_of
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.orbits import Friction, orbits
+from vireport.motions.orbits import Dynamics, Friction, orbits, orbits_of
 from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import return_trace
 from vireport.motions.sweep import Sweep
@@ -72,7 +72,7 @@ def test_every_place_of_the_surface_is_a_motion_in_forty_digits(kind: str) -> No
     u, phi, f = rng.uniform(-0.4, 0.4, 40), rng.uniform(0, 2 * np.pi, 40), rng.uniform(0, 0.4, 40)
     laws = Friction(f), Friction(0, 0.2), Friction(0, 0, 0.3)
     for law in laws:
-        orbit = orbits(u, phi, r, n, harmonics=harmonics, friction=law)
+        orbit = orbits_of(Dynamics(r, n, harmonics, law), u, phi)
         for i in range(0, 40, 4):
             with mp.workdps(40):
                 groups = Groups(orbit.d[i], orbit.gbar[i], r, harmonics, orbit.friction[i]).map_numbers(mpf)
@@ -81,7 +81,7 @@ def test_every_place_of_the_surface_is_a_motion_in_forty_digits(kind: str) -> No
                 left = flight_equations([*x, start, n * (1 + 2 * mpf(float(u[i])))], groups, n)
             scale = 1 + max(map(abs, (orbit.d[i], orbit.gbar[i], orbit.velocity_bottom[i])))
             assert max(map(abs, left)) < 2e-14 * n * scale
-    constant, by_gbar, by_d = (orbits(u, phi, r, n, harmonics=harmonics, friction=law) for law in laws)
+    constant, by_gbar, by_d = (orbits_of(Dynamics(r, n, harmonics, law), u, phi) for law in laws)
     assert np.array_equal(constant.friction, f)
     np.testing.assert_allclose(by_gbar.friction, 0.2 * by_gbar.gbar, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(by_d.friction, 0.3 * by_d.d, rtol=1e-12, atol=1e-14)
@@ -89,7 +89,7 @@ def test_every_place_of_the_surface_is_a_motion_in_forty_digits(kind: str) -> No
 
 def test_no_friction_to_speak_of_leaves_every_number() -> None:
     u, phi = np.linspace(-0.3, 0.3, 13), np.linspace(0, 6, 13)
-    plain, none = orbits(u, phi, 0.5, 1), orbits(u, phi, 0.5, 1, friction=Friction(0.0))
+    plain, none = orbits(u, phi, 0.5, 1), orbits_of(Dynamics(0.5, 1, friction=Friction(0.0)), u, phi)
     for name in ("gbar", "d", "velocity_bottom", "velocity_top"):
         np.testing.assert_allclose(getattr(plain, name), getattr(none, name), rtol=0, atol=1e-16)
 
@@ -157,7 +157,7 @@ def newton_from_anywhere(groups: Groups, n: int, rng) -> list[np.ndarray]:
         x = np.array([rng.uniform(-0.45, 0.45), rng.uniform(0, 2 * np.pi)])
         for _ in range(40):
             at = [
-                orbits(*(x + 1e-7 * np.array(way)), groups.restitution, n, harmonics=groups.harmonics, friction=law)
+                orbits_of(Dynamics(groups.restitution, n, groups.harmonics, law), *x + 1e-07 * np.array(way))
                 for way in ((0, 0), (1, 0), (0, 1))
             ]
             value = np.array([at[0].d - groups.d, at[0].gbar - groups.gbar])
@@ -253,7 +253,9 @@ def test_the_determinant_is_the_product_of_the_restitutions_squared() -> None:
     rng = np.random.default_rng(5)
     from vireport.motions.stability import flight_jacobians
 
-    orbit = orbits(rng.uniform(-0.3, 0.3, 50), rng.uniform(0, 6, 50), Restitutions(0.7, 0.4), 1, friction=Friction(0.2))
+    orbit = orbits_of(
+        Dynamics(Restitutions(0.7, 0.4), 1, friction=Friction(0.2)), rng.uniform(-0.3, 0.3, 50), rng.uniform(0, 6, 50)
+    )
     up, down = (np.array(j).reshape(2, 2, -1) for j in flight_jacobians(orbit, Restitutions(0.7, 0.4)))
     product = np.linalg.det(np.moveaxis(down, -1, 0)) * np.linalg.det(np.moveaxis(up, -1, 0))
     np.testing.assert_allclose(product, (0.7 * 0.4) ** 2, rtol=1e-9)
@@ -270,7 +272,7 @@ def test_along_a_sweep_of_the_force_friction_goes_with_it(angle: float) -> None:
         for i in range(0, len(motions), 25):
             groups = device.groups(Parameter.AMPLITUDE, float(motions.sweep_value[i]))
             place = motions.u[i], motions.phi_bottom[i]
-            orbit = orbits(*place, 0.5, 1, friction=Friction(groups.friction))
+            orbit = orbits_of(Dynamics(0.5, 1, friction=Friction(groups.friction)), *place)
             assert orbit.d == pytest.approx(groups.d, rel=1e-8)
             assert orbit.gbar == pytest.approx(groups.gbar, rel=1e-8, abs=1e-10)
             rows += 1

@@ -19,7 +19,7 @@ from vireport.motions.contour import Surface, contours, places
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
-from vireport.motions.orbits import orbits
+from vireport.motions.orbits import Dynamics, orbits_of
 from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.motions.turning import turns, wall_gap
@@ -140,7 +140,7 @@ def test_the_gaps_of_many_motions_are_those_of_each_by_itself() -> None:
     """Of two forcing periods: some have accelerations that vanish at two phases, others at four."""
     rng = np.random.default_rng(1)
     force = Harmonic.of(2, 50.0, 20.0), Harmonic.of(3, 30.0, 100.0)
-    orbit = orbits(rng.uniform(-0.45, 0.45, 400), rng.uniform(0, 2 * pi, 400), 0.5, 2, harmonics=force)
+    orbit = orbits_of(Dynamics(0.5, 2, force), rng.uniform(-0.45, 0.45, 400), rng.uniform(0, 2 * pi, 400))
     orbit = orbit.select((orbit.velocity_bottom > 0) & (orbit.velocity_top < 0) & (orbit.d > 0.01))
     assert {len(unaccelerated(float(gbar), force)) for gbar in orbit.gbar} == {2, 4}
     gaps, seen = wall_gap(orbit, 0.5), set()
@@ -266,7 +266,7 @@ def test_critical_points_have_the_trace_of_their_event_in_40_digits() -> None:
                 continue
             at = replace(device, length_m=point.sweep_value)
             closed = point.closed
-            orbit = orbits(np.array([closed.u]), np.array([closed.phi_bottom]), 0.5, 1, harmonics=device.harmonics)
+            orbit = orbits_of(Dynamics(0.5, 1, device.harmonics), np.array([closed.u]), np.array([closed.phi_bottom]))
             assert float(orbit.d[0]) == pytest.approx(point.d, rel=1e-13)
             with reference.precise():
                 flights = flights_of(at.groups(Parameter.LENGTH, point.sweep_value), parts)
@@ -354,7 +354,7 @@ def test_curves_within_a_cell_of_the_grid_are_found_or_refused(below: float) -> 
     harmonics = (Harmonic.of(2, 30.0, 40.0), Harmonic.of(5, 20.0, 100.0))
     # Located by a simplex on the surface.
     u, phi = np.array([-0.1625118]), np.array([-0.87289133])
-    largest = float(orbits(u, phi, 0.5, 1, harmonics=harmonics).gbar[0])
+    largest = float(orbits_of(Dynamics(0.5, 1, harmonics), u, phi).gbar[0])
     surface = Surface(Level(Held.GBAR, largest * (1 - below)), 0.5, 1, harmonics)
     try:
         found = contours(surface)

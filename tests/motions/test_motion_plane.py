@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import first
 
-from vireport.motions.orbits import Friction, orbits
+from vireport.motions.orbits import Dynamics, Friction, orbits_of
 from vireport.motions.pointwise import find_motions
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions
@@ -67,7 +67,7 @@ def rubbing(groups: Groups) -> Friction | None:
 
 def differences(u: np.ndarray, phi: np.ndarray, groups: Groups) -> np.ndarray:
     """Of gbar and d of the motion at places from those of a device."""
-    at = orbits(u, phi, groups.restitution, 1, harmonics=groups.harmonics, friction=rubbing(groups))
+    at = orbits_of(Dynamics(groups.restitution, 1, groups.harmonics, rubbing(groups)), u, phi)
     return np.stack([at.gbar - groups.gbar[0], at.d - groups.d[0]])
 
 
@@ -86,7 +86,7 @@ def scanned(groups: Groups, side: int) -> list[np.ndarray]:
             x = x - step
             if np.abs(step).max() < 1e-14 or not abs(x[0]) < 0.5:
                 break
-        own = orbits(x[0], x[1], groups.restitution, 1, harmonics=groups.harmonics, friction=rubbing(groups))
+        own = orbits_of(Dynamics(groups.restitution, 1, groups.harmonics, rubbing(groups)), x[0], x[1])
         inside = abs(x[0]) < 0.5 and np.abs(step).max() < 1e-12
         new = all(apart(x[:1], x[1:], y[:1], y[1:]) > 1e-7 for y in found)
         if inside and new and own.velocity_bottom > 0 > own.velocity_top:
@@ -116,7 +116,7 @@ def test_next_to_a_fold_there_are_two_motions_on_one_side_and_none_on_the_other(
     r = Restitutions(0.5, 0.45)
 
     def jacobian(u: float, phi: float) -> np.ndarray:
-        at = [orbits(*place, r, 1, harmonics=FORCE) for place in ((u + 1e-30j, phi), (u, phi + 1e-30j))]
+        at = [orbits_of(Dynamics(r, 1, FORCE), *place) for place in ((u + 1e-30j, phi), (u, phi + 1e-30j))]
         return np.array([[own.gbar.imag for own in at], [own.d.imag for own in at]]) / 1e-30
 
     folds = 0
@@ -129,7 +129,7 @@ def test_next_to_a_fold_there_are_two_motions_on_one_side_and_none_on_the_other(
             for _ in range(60):
                 middle = (low + high) / 2
                 low, high = (middle, high) if np.linalg.det(jacobian(u, middle)) * f_low > 0 else (low, middle)
-            at = orbits(u, low, r, 1, harmonics=FORCE)
+            at = orbits_of(Dynamics(r, 1, FORCE), u, low)
             normal = np.linalg.svd(jacobian(u, low))[0][:, 1]
             if not (at.velocity_bottom > 0.05 and at.velocity_top < -0.05 and at.d > 0.02 and at.gbar > 0.02):
                 continue

@@ -9,7 +9,7 @@ from conftest import first
 from msgspec.structs import replace
 
 from vireport.design.lines import LINES, Line, model_on_line
-from vireport.motions.orbits import orbits
+from vireport.motions.orbits import Dynamics, orbits, orbits_of
 from vireport.motions.periodicity import linearised, residuals, trace, weighted_trace
 from vireport.motions.polish import DECIMALS, in_decimals
 from vireport.physics import flight
@@ -30,7 +30,7 @@ def random_motions(count: int, harmonics: bool = False) -> list[tuple[np.ndarray
         u, phi, exponent = rng.uniform(-0.3, 0.3), rng.uniform(0, 2 * np.pi), rng.uniform(-0.4, 0)
         r, speed = rng.uniform(0.1, 0.9, 2), rng.uniform(0.1, 3.0)
         parts = (Harmonic(2, 0.1, -0.05), Harmonic(3, 0.02, 0.07)) if harmonics else ()
-        orbit = orbits(u, phi, Restitutions(*r), 1, harmonics=parts)
+        orbit = orbits_of(Dynamics(Restitutions(*r), 1, parts), u, phi)
         if orbit.velocity_bottom > 0.05 and orbit.velocity_top < -0.05 and orbit.d > 0:
             velocity = np.array([orbit.velocity_bottom, orbit.velocity_top])
             stated = r * (np.abs(velocity) / speed) ** -exponent

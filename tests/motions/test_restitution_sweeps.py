@@ -15,7 +15,7 @@ from vireport.motions.bounces import Bounces
 from vireport.motions.diagram import solve
 from vireport.motions.error_bounds import one_to_one_bounds
 from vireport.motions.events import Event
-from vireport.motions.orbits import Friction, orbits
+from vireport.motions.orbits import Dynamics, Friction, orbits, orbits_of
 from vireport.motions.stability import return_trace
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.physics.device import Device, moved
@@ -137,7 +137,7 @@ def test_a_motion_of_given_restitutions_is_on_the_levels_of_its_groups(rubs: boo
         with reference.precise():
             r, harmonics = Restitutions(mpf(b), mpf(t)), (Harmonic(2, mpf(t) / 9, mpf(b) / 7),) if distorted else ()
             friction = Friction(mpf(b) / 5) if rubs else None
-            own = orbits(mpf(u), mpf(phi), r, n, mp, harmonics, friction)
+            own = orbits_of(Dynamics(r, n, harmonics, friction), mpf(u), mpf(phi), mp)
             for varied in VARIED:
                 plane = Bounces(Level(Held.BOTH, own.gbar, friction, own.d, varied), r, n, harmonics)
                 size = 1 + own.velocity_bottom**2 + own.velocity_top**2

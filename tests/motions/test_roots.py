@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vireport.motions.roots import (
+    Guesses,
     bracketed_root,
     cubic_root,
     golden_minimum,
@@ -71,9 +72,8 @@ def test_secant_steps_find_the_zero_that_was_called_last() -> None:
         called[which] = x
         return x**3 - SHIFT[which]
 
-    bracket = np.zeros(4), np.full(4, 2.0)
-    chord = np.full(4, 4.0), np.zeros(4), -SHIFT
-    zero = secant_root(function, bracket, np.full(4, 1.0), np.ones(4, dtype=bool), chord, 2e-16)
+    guesses = Guesses(np.zeros(4), np.full(4, 2.0), -SHIFT, np.ones(4, dtype=bool), np.full(4, 1.0), np.full(4, 4.0))
+    zero = secant_root(function, guesses, 2e-16)
     np.testing.assert_allclose(zero, np.cbrt(SHIFT), rtol=1e-15)
     assert np.array_equal(zero, called)
 

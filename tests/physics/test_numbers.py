@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from vireport.motions.orbits import ORBIT_NUMBERS, coefficients, orbits
+from vireport.motions.orbits import ORBIT_NUMBERS, Dynamics, coefficients, orbits_of
 from vireport.motions.stability import return_trace
 from vireport.physics.forcing import Harmonic
 from vireport.physics.numbers import ARRAYS, DIGITS, ROUNDED, DecimalOps, Rounded
@@ -58,8 +58,8 @@ def test_the_arithmetic_bounds_its_own_rounding() -> None:
             n = int(rng.integers(1, 4))
             parts = [(order, *map(float, rng.uniform(-0.5, 0.5, 2))) for order in (2, 5)[: int(rng.integers(0, 3))]]
             harmonics, same = (tuple(Harmonic(*own).map_numbers(kind) for own in parts) for kind in (Rounded, mpf))
-            carried = orbits(Rounded(u), Rounded(phi), Rounded(r), n, ROUNDED, harmonics)
-            exact = orbits(mpf(u), mpf(phi), mpf(r), n, mp, same)
+            carried = orbits_of(Dynamics(Rounded(r), n, harmonics), Rounded(u), Rounded(phi), ROUNDED)
+            exact = orbits_of(Dynamics(mpf(r), n, same), mpf(u), mpf(phi), mp)
             for name in ORBIT_NUMBERS:
                 x, y = getattr(carried, name), getattr(exact, name)
                 assert abs(mpf(float(x.value)) - y) <= mpf(float(x.error)), name

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.periodicity import Model, trace
 from vireport.motions.sweep import Held, Level
-from vireport.motions.turning import SMALLEST_STEP, Turns, turning_points
+from vireport.motions.turning import SMALLEST_STEP, ForcedFlights, Turns, turning_points
 from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.groups import Restitutions, by_wall
@@ -269,7 +269,8 @@ class Candidates(Struct, frozen=True, eq=False):
         for i, (wall, start, end) in enumerate(zip(walls, self.time, ends, strict=True)):
             phase, velocity = np.pi * start, flight.reflect(self.velocity[i], by_wall(self.r)[0 if wall > 0 else 1])
             way = Flight(-wall, velocity, np.sin(phase), np.cos(phase), end - start, self.gbar, self.d)
-            for part in turning_points(way, phase, wall == walls[(i + 1) % len(walls)], settled=settled):
+            returns = wall == walls[(i + 1) % len(walls)]
+            for part in turning_points(ForcedFlights(way, phase), returns, settled=settled):
                 yield i, part
 
     @property

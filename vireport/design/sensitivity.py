@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vireport.design.margins import OwnGroups
 from vireport.design.point import motions_at
 from vireport.motions.one_to_one import Motions
-from vireport.motions.orbits import Friction, orbits
+from vireport.motions.orbits import Dynamics, Friction, orbits_of
 from vireport.motions.periodicity import linearised
 from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import UNSTABLE, classify, lap_decay
@@ -119,7 +119,7 @@ def input_error(device: Device, motions: Motions) -> Floats:
 
     def slopes(du: float, dphi: float) -> tuple[Floats, Floats]:
         places = (u + du, phi + dphi), (u - du, phi - dphi)
-        ahead, behind = (orbits(*place, r, n, harmonics=harmonics, friction=friction) for place in places)
+        ahead, behind = (orbits_of(Dynamics(r, n, harmonics, friction), *place) for place in places)
         return (ahead.d - behind.d) / (2 * step), (ahead.gbar - behind.gbar) / (2 * step)
 
     (d_u, gbar_u), (d_phi, gbar_phi) = slopes(step, 0.0), slopes(0.0, step)

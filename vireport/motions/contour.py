@@ -1,12 +1,16 @@
-"""The level curve of a sweep where no two sheets are its motions: a contour in the plane of q and phase.
+"""The level curve of a sweep as a contour in the plane of q and phase, where two sheets over q do not give it.
 
-Where the force has harmonics, above each q the level is a trigonometric polynomial in the phase, of the highest order
-of the force: with at most twice as many phases, and not on two sheets as that of a sine. So is that of a sweep over a
-restitution, see `bounces`. So the plane is covered with a grid, far below the shortest
-wavelength and, next to q = 1/2 and to the edges, in every decade down to rounding. Where the signs differ at the ends
-of an edge of the grid, the curve crosses it; these points are located to the last bit and joined from cell to cell.
-A curve that a cell hides crosses no edge: it goes round an extremum, which is looked for next to the extrema of the
-grid. Between two points of a strand the curve is sought on the normal of the chord.
+For a force with harmonics the level above each q is a trigonometric polynomial in the phase, of the highest order H of
+the force: 2H phases at most, whose number changes with q, where a sine has two sheets in closed form. The same holds
+for a sweep over a restitution, see `bounces`.
+
+So the height above the level is sampled on a grid, far below its shortest wavelength and, next to q = 1/2 and to the
+edges, in every decade down to rounding (marching squares). Where the signs differ at the ends of an edge of the grid,
+the curve crosses it; these points are located to the last bit and joined from cell to cell. A closed curve inside a
+cell crosses no edge: it goes round an extremum, which is looked for next to the extrema of the grid. Between two points
+of a strand the curve is located on the normal of their chord.
+
+Read from `contours` on.
 """
 
 from __future__ import annotations
@@ -38,10 +42,10 @@ ON_MIDDLE = 10.0**TINIEST
 """|u| up to which a point is on q = 1/2."""
 
 PER_DECADE = 4
-"""Steps of each of them."""
+"""Steps in each of these decades."""
 
 NEAREST = 1e-11
-"""Distance of two points up to which one is enough."""
+"""Distance of two points of a contour up to which only one of them is kept."""
 
 UNRESOLVED = (
     "the motions of this force with harmonics are not resolved next to the largest gravity at which there are any "
@@ -49,22 +53,24 @@ UNRESOLVED = (
 )
 
 STEEP = 0.5
-"""Most that the direction of the curve may differ from the chord of two points [rad]; beyond it there are more."""
+"""Most that the direction of the curve may differ from the chord of two points [rad]; where it differs more, the curve
+is followed from one point to the other in short steps."""
 
 SMALLEST, LARGEST_PART = 1e-13, 0.25
-"""Least and largest share of a chord by which a curve that bends more is followed."""
+"""Least and largest of these steps, as a share of the chord."""
 
 TURNED = 0.2
-"""Most that its direction changes in such a step [rad]."""
+"""Most that the direction changes in such a step [rad]."""
 
 MOST_STEPS = 400
-"""Such steps within one chord."""
+"""Such steps within one chord, or around a closed curve inside a cell."""
 
 CORRECTIONS, SETTLED = 40, 4e-16
 """Newton steps onto the curve, of which four are usual, and the step, over the size of the place, that ends them."""
 
 FREE, ROUNDING = 5, 1e-9
-"""Steps after which those end as well that are so small against the chord: rounding keeps them so."""
+"""Number of Newton steps after which a step of this share of the chord ends them too: rounding keeps it from
+shrinking."""
 
 OFF_CURVE = 1e-9
 """Height above the level at which a place is not on the curve."""
@@ -74,7 +80,7 @@ EXTREMUM_STEPS = 40
 
 
 class ContourPlane(SweptPlane, frozen=True, eq=False):
-    """The plane of q and phase of a sweep whose level is followed as a contour."""
+    """The plane of q and phase of a sweep whose level is a contour: what `contours` has to know of it."""
 
     @property
     @abstractmethod
@@ -89,15 +95,15 @@ class ContourPlane(SweptPlane, frozen=True, eq=False):
     @property
     @abstractmethod
     def unresolved(self) -> str:
-        """Why its level cannot be followed, where that is so."""
+        """Message for the user of a sweep whose level cannot be followed."""
 
     @abstractmethod
     def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
-        """A measure of places on the level that is above 0 where motions are, and how far below it none are near."""
+        """A function on the level that is positive where motions are, and the value below which none are near."""
 
     @abstractmethod
     def on_grid(self, u: Floats, phi: Floats) -> Floats:
-        """The height above the level at all pairs of a u and a phase."""
+        """The height above the level at all pairs of a u and a phase, shape (len(u), len(phi))."""
 
     @abstractmethod
     def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
@@ -105,7 +111,7 @@ class ContourPlane(SweptPlane, frozen=True, eq=False):
 
 
 class Surface(ContourPlane, frozen=True, eq=False):
-    """The plane of a level of one group, of a force with harmonics."""
+    """The plane of q and phase for a force with harmonics, where a sweep holds gbar, d or their ratio."""
 
     @property
     def order(self) -> int:
@@ -119,11 +125,11 @@ class Surface(ContourPlane, frozen=True, eq=False):
 
     @property
     def unresolved(self) -> str:
-        """Why its level cannot be followed, where that is so."""
+        """Message for the user of a sweep whose level cannot be followed."""
         return UNRESOLVED
 
     def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
-        """A measure of places on the level that is above 0 where motions are: here anywhere."""
+        """1 everywhere: motions may be on all parts of the level."""
         return np.ones(len(u)), 0.0
 
     def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
@@ -131,13 +137,14 @@ class Surface(ContourPlane, frozen=True, eq=False):
         return level_value(self.polynomial(u, ops), phi, ops)
 
     def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
-        """Derivatives of the height by u, as a difference over a share of a step to either side, and by the phase."""
+        """Derivatives of the height by u, as a central difference over step/`order`, and by the phase, exact."""
+        # The steps are those of a sine; a harmonic of order j varies j times as fast with u.
         step = step / self.order
         by_u = (self.value(u + step, phi) - self.value(u - step, phi)) / (2 * step)
         return by_u, self.gradient(u, phi)[2]
 
     def on_grid(self, u: Floats, phi: Floats) -> Floats:
-        """The height at all pairs of a u and a phase."""
+        """The height above the level at all pairs of a u and a phase, shape (len(u), len(phi))."""
         parts, held = self.polynomial(u)
         waves = ((a[:, None] * np.sin(j * phi) + b[:, None] * np.cos(j * phi)) for j, a, b in parts)
         return np.asarray(sum(waves, -np.asarray(held)[:, None]))
@@ -150,12 +157,13 @@ class Surface(ContourPlane, frozen=True, eq=False):
 
 
 class Contour(Struct, frozen=True, eq=False):
-    """One smooth piece of a level curve, by points on it.
+    """One smooth piece of a level curve, as a sequence of points; its parameter w is i at point i.
 
     Attributes
     ----------
     u, phi : ndarray
-        Of the points, in order; the phase goes on beyond 2 pi. Of a closed curve the last is the first, whole turns on.
+        Places of the points, in order. The phase [rad] is continuous, beyond 2 pi too. The last point of a closed curve
+        is the first one, whole turns later.
     closed : bool
     """
 
@@ -170,27 +178,33 @@ class Contour(Struct, frozen=True, eq=False):
 
     @property
     def end(self) -> float:
-        """Parameter at the end: the number of the last point."""
+        """Parameter of the last point."""
         return float(len(self.u) - 1)
 
     @property
     def symmetric(self) -> bool:
-        """Whether this is the symmetric line of a horizontal capsule, which is no contour."""
+        """False: the symmetric line of a horizontal capsule is a `Strand`, never a contour."""
         return False
 
     @property
     def samples(self) -> int:
-        """Parameters at which it is evaluated first."""
+        """Number of samples before refinement: its points."""
         return len(self.u)
 
     def crossings(self) -> list[float]:
-        """Parameters next to which q = 1/2 is crossed: points on it, or the middles of chords across it."""
-        # The finest cells of the grid are around it: a curve that crosses them has a point there.
+        """Parameters of the points at which q = 1/2 is crossed."""
+        # The finest cells of the grid are around q = 1/2: a curve that crosses it has a point with |u| <= ON_MIDDLE.
         return [float(i) for i in np.flatnonzero(np.abs(self.u[1:-1]) <= ON_MIDDLE) + 1]
 
 
 def contours(surface: ContourPlane) -> list[Contour]:
-    """Every piece of the level curve over 0 < q < 1."""
+    """Find every piece of the level curve over 0 < q < 1.
+
+    Raises
+    ------
+    NumericalError
+        If the curve bends too sharply to be followed from one point to the next.
+    """
     u, phi = _grid(surface)
     values = surface.on_grid(u, phi)
     chains = [_thinned(chain) for chain in _chains(surface, u, phi, values)]
@@ -219,19 +233,20 @@ def _within(surface: ContourPlane, strand: Contour) -> Iterator[Contour]:
 
 
 def places(strands: Sequence[Any], which: Ints, w: Floats, surface: ContourPlane) -> tuple[Floats, Floats]:
-    """The places at parameters `w` of the strands `which`: on the normal of a chord of a contour, to the last bit.
+    """Places (u, phi) on the curve at parameters `w` of the strands with the numbers `which`, to the last bit.
 
-    What is no contour is the symmetric line, where u is zero and the parameter is the phase.
+    A strand that is no contour is the symmetric line, on which u is zero and the parameter is the phase.
     """
     u, phi = np.zeros(len(w)), np.array(w, dtype=float)
     for k in np.unique(which):
         if isinstance(strand := strands[k], Contour):
-            of_branch = which == k
-            u[of_branch], phi[of_branch] = _on(strand, w[of_branch], surface)
+            on_strand = which == k
+            u[on_strand], phi[on_strand] = _places_on(strand, w[on_strand], surface)
     return u, phi
 
 
-def _on(strand: Contour, w: Floats, surface: ContourPlane) -> tuple[Floats, Floats]:
+def _places_on(strand: Contour, w: Floats, surface: ContourPlane) -> tuple[Floats, Floats]:
+    """Places on the curve at parameters of one contour: between two points, on the normal of their chord."""
     last = len(strand.u) - 1
     turns, shifted = np.zeros_like(w), w
     if strand.closed:
@@ -249,7 +264,21 @@ def _on(strand: Contour, w: Floats, surface: ContourPlane) -> tuple[Floats, Floa
 
 
 def _corrected(surface: ContourPlane, u: Floats, phi: Floats, normal: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """The points of the curve on straight lines in a direction, by Newton's method."""
+    """Points of the curve on the straight lines through given places, by Newton's method.
+
+    Parameters
+    ----------
+    surface : ContourPlane
+    u, phi : ndarray
+        Places near the curve.
+    normal : tuple of ndarray
+        Direction of the line through each, as long as the chord that it is normal to.
+
+    Raises
+    ------
+    NumericalError
+        If a place does not come onto the curve.
+    """
     size = np.hypot(*normal)
     across = normal[0] / size, normal[1] / size
     active, u, phi = np.arange(len(u)), u.copy(), phi.copy()
@@ -286,23 +315,10 @@ def _grid(surface: ContourPlane) -> tuple[Floats, Floats]:
 
 
 def _chains(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> Iterator[Contour]:
-    """The curve's crossings of the grid, joined from cell to cell."""
-    rows, columns = values.shape
-    above = values > 0
-    # Edges along u are numbered first, by their lower end, then those along the phase.
-    along_u = np.flatnonzero(above[:-1] != above[1:])
-    along_phi = np.flatnonzero(above != np.roll(above, -1, axis=1))
-    own_u, own_phi = np.divmod(along_u, columns), np.divmod(along_phi, columns)
-    step = phi[1] - phi[0]
-    place_u = bracketed_root(lambda x: surface.value(x, phi[own_u[1]]), u[own_u[0]], u[own_u[0] + 1])
-    place_phi = bracketed_root(lambda x: surface.value(u[own_phi[0]], x), phi[own_phi[1]], phi[own_phi[1]] + step)
-    at: dict[int, tuple[float, float]] = {}
-    at |= dict(zip(along_u.tolist(), zip(place_u.tolist(), phi[own_u[1]].tolist(), strict=True), strict=True))
-    shift = rows * columns
-    crossings = zip(u[own_phi[0]].tolist(), place_phi.tolist(), strict=True)
-    at |= dict(zip((along_phi + shift).tolist(), crossings, strict=True))
+    """Join the points at which the curve crosses edges of the grid, from cell to cell."""
+    at = _crossings(surface, u, phi, values > 0)
     links: dict[int, list[int]] = {edge: [] for edge in at}
-    for first, second in _joints(surface, u, phi, above):
+    for first, second in _joints(surface, u, phi, values > 0):
         links[first].append(second)
         links[second].append(first)
     seen: set[int] = set()
@@ -316,7 +332,28 @@ def _chains(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> It
         yield Contour(points[:, 0], np.unwrap(points[:, 1]), closed)
 
 
+def _crossings(
+    surface: ContourPlane, u: Floats, phi: Floats, above: NDArray[np.bool_]
+) -> dict[int, tuple[float, float]]:
+    """The place (u, phi) at which the curve crosses an edge of the grid, by the number of the edge.
+
+    Edges in the direction of u are numbered first, by the corner at their lower end; then those in the direction of the
+    phase.
+    """
+    rows, columns = above.shape
+    edges = np.flatnonzero(above[:-1] != above[1:])
+    row, column = np.divmod(edges, columns)
+    crossed = bracketed_root(lambda x: surface.value(x, phi[column]), u[row], u[row + 1])
+    at = dict(zip(edges.tolist(), zip(crossed.tolist(), phi[column].tolist(), strict=True), strict=True))
+    edges, step = np.flatnonzero(above != np.roll(above, -1, axis=1)), phi[1] - phi[0]
+    row, column = np.divmod(edges, columns)
+    crossed = bracketed_root(lambda x: surface.value(u[row], x), phi[column], phi[column] + step)
+    numbers = (edges + rows * columns).tolist()
+    return at | dict(zip(numbers, zip(u[row].tolist(), crossed.tolist(), strict=True), strict=True))
+
+
 def _walked(begin: int, links: dict[int, list[int]], seen: set[int]) -> list[int]:
+    """Numbers of the edges that are linked from one edge on, in order; they are added to those `seen`."""
     chain = [begin]
     seen.add(begin)
     while onward := [edge for edge in links[chain[-1]] if edge not in seen]:
@@ -326,7 +363,7 @@ def _walked(begin: int, links: dict[int, list[int]], seen: set[int]) -> list[int
 
 
 def _joints(surface: ContourPlane, u: Floats, phi: Floats, above: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Pairs of edges between which the curve crosses a cell."""
+    """Pairs of edges between which the curve crosses a cell, by their numbers in `_crossings`."""
     rows, columns = above.shape
     shift, right = rows * columns, np.roll(above, -1, axis=1)
     corners = above[:-1].astype(int) + above[1:] + right[:-1] + right[1:]
@@ -358,20 +395,24 @@ def _joints(surface: ContourPlane, u: Floats, phi: Floats, above: NDArray[np.boo
 
 
 def _saddle(surface: ContourPlane, u: float, phi: float) -> bool:
-    """Whether the level is exceeded in the middle of a saddle next to a place."""
+    """Whether the height at the saddle point next to a place is positive."""
+    # The height at the middle of the cell would not do: next to where two families meet its sign is not the saddle's.
     place = _stationary(surface, np.array([u]), np.array([phi]))
     return bool(surface.value(*place)[0] > 0)
 
 
 def _stationary(surface: ContourPlane, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
-    """Places near others at which the level does not change, by Newton's method with differences."""
+    """Stationary places of the height next to given ones, by Newton's method with differences of the gradient.
+
+    A place at which the method diverges stays as it was.
+    """
     du, dphi = np.maximum(1e-6 * np.abs(u), 1e-12), 1e-6
     first = u, phi
     for _ in range(EXTREMUM_STEPS):
         _, by_u, by_phi = surface.gradient(u, phi)
         _, ahead_u, ahead_phi = surface.gradient(u + du, phi)
-        _, _, beside_phi = surface.gradient(u, phi + dphi)
-        uu, up, pp = (ahead_u - by_u) / du, (ahead_phi - by_phi) / du, (beside_phi - by_phi) / dphi
+        _, _, later_phi = surface.gradient(u, phi + dphi)
+        uu, up, pp = (ahead_u - by_u) / du, (ahead_phi - by_phi) / du, (later_phi - by_phi) / dphi
         determinant = uu * pp - up * up
         safe = np.where(determinant == 0, 1.0, determinant)
         step = (by_u * pp - by_phi * up) / safe, (by_phi * uu - by_u * up) / safe
@@ -383,9 +424,9 @@ def _stationary(surface: ContourPlane, u: Floats, phi: Floats) -> tuple[Floats, 
 
 
 def _hidden(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> list[Contour]:
-    """The curves around extrema that no edge of the grid shows."""
-    # A small closed curve changes no sign on the grid. It goes round an extremum of the other sign, next to the sample
-    # that is nearest to zero among its neighbours.
+    """Find the closed curves that cross no edge of the grid, around extrema of the height."""
+    # Such a curve changes no sign on the grid. It goes round an extremum of the other sign, next to a sample that is
+    # nearer to zero than its eight neighbours.
     inner, size = values[1:-1], np.abs(values)
     nearest = np.ones_like(inner, dtype=bool)
     for i in (-1, 0, 1):
@@ -414,8 +455,8 @@ def _hidden(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> li
 
 
 def _around(surface: ContourPlane, u: float, phi: float, reach: float) -> Contour:
-    """The small closed curve through a place, by its size in u."""
-    # Measured by its extent in u and in the phase, the curve is round: steps along it are then of one size.
+    """The small closed curve through a place with the half width `reach` in u, as points a tenth of that apart."""
+    # Measured by its extents in u and in the phase, the curve is round: steps on it are then of one size.
     points, place = [(u, phi)], np.array([u, phi])
     _, by_u, by_phi = (float(x[0]) for x in surface.gradient(np.array([u]), np.array([phi])))
     wide = np.array([reach, _extent(surface, u, phi, reach)])
@@ -434,7 +475,7 @@ def _around(surface: ContourPlane, u: float, phi: float, reach: float) -> Contou
 
 
 def _extent(surface: ContourPlane, u: float, phi: float, reach: float) -> float:
-    """Extent in the phase of a small closed curve with that in u."""
+    """Half width in the phase of the small closed curve whose half width in u is `reach`, by its curvature."""
     centre = np.array([u - reach]), np.array([phi])
     small = 1e-4
     by = [surface.gradient(centre[0], centre[1] + sign * small)[2] for sign in (-1, 1)]
@@ -446,9 +487,19 @@ def _extent(surface: ContourPlane, u: float, phi: float, reach: float) -> float:
 def _next_to(
     surface: ContourPlane, guess: Floats, wide: Floats, way: Floats, side: float = 0.0
 ) -> tuple[Floats, Floats]:
-    """The point of the curve nearest to a guess, and its direction there, in coordinates over `wide`.
+    """The point of the curve on the normal of `way` through a guess, and the direction of the curve there.
 
-    That has the height growing to one `side` of it; or, where that is 0, is the one which is nearer to `way`.
+    Parameters
+    ----------
+    surface : ContourPlane
+    guess : ndarray (2,)
+        u and phase.
+    wide : ndarray (2,)
+        Scales of u and phase, by which directions are measured.
+    way : ndarray (2,)
+        Unit vector of the direction in which the curve is followed.
+    side : float
+        The direction returned has the height growing to this side, 1 or -1; with 0 it is the one nearer to `way`.
     """
     normal = np.array([-way[1], way[0]])
     for _ in range(CORRECTIONS):
@@ -464,7 +515,7 @@ def _next_to(
 
 
 def _thinned(strand: Contour) -> Contour:
-    """A contour without points so near to others that rounding alone says where the next is."""
+    """A contour without points so near to others that only rounding decides in which direction the next one is."""
     places, kept = np.column_stack([strand.u, strand.phi]).tolist(), [0]
     on_middle = (np.abs(strand.u) <= ON_MIDDLE).tolist()
     for i, (u, phi) in enumerate(places[1:], 1):
@@ -479,14 +530,15 @@ def _thinned(strand: Contour) -> Contour:
 
 
 def _refined(surface: ContourPlane, strand: Contour) -> Contour:
-    """A contour with more points where the curve bends away from a chord."""
-    # A chord from which the curve turns by more than `STEEP` may hide a bend, or a second piece nearby.
+    """A contour with further points where the curve bends away from a chord."""
+    # A chord from which the curve turns by more than `STEEP` may hide a bend, or a second piece of the curve nearby,
+    # onto which Newton's method on the normal of the chord would jump.
     _, by_u, by_phi = surface.gradient(strand.u, strand.phi)
     du, dphi = np.diff(strand.u), np.diff(strand.phi)
     size = np.hypot(du, dphi)
     defined = size > 0
-    # The height grows to one side of the curve all along: its direction has a sign, which at a sharp bend alone tells
-    # that the curve goes on before it comes back.
+    # The height grows to the same side of the curve everywhere: so its direction has a sign, and at a sharp bend only
+    # this sign shows that the curve goes on before it comes back.
     ways = np.column_stack([-by_phi, by_u])
     ways /= np.maximum(np.linalg.norm(ways, axis=1), np.finfo(float).tiny)[:, None]
     tangent = np.column_stack([du, dphi])
@@ -508,12 +560,20 @@ def _refined(surface: ContourPlane, strand: Contour) -> Contour:
 
 
 def _walk(surface: ContourPlane, first: Floats, second: Floats, way: Floats) -> list[tuple[float, float]]:
-    """Points of the curve from one on it to another, in a direction.
+    """Points on the curve between two of its points, followed in short steps.
+
+    Parameters
+    ----------
+    surface : ContourPlane
+    first, second : ndarray (2,)
+        u and phase of the two points.
+    way : ndarray (2,)
+        Unit vector of the curve at the first one.
 
     Raises
     ------
     NumericalError
-        If that is not reached: the curve bends so sharply that part of it would be left out.
+        If the second point is not reached: the curve bends so sharply that part of it would be left out.
     """
     size = float(np.hypot(*(second - first)))
     place, points, step = first, list[tuple[float, float]](), LARGEST_PART * size
@@ -522,7 +582,7 @@ def _walk(surface: ContourPlane, first: Floats, second: Floats, way: Floats) -> 
     for _ in range(MOST_STEPS):
         back = second - place
         left = float(np.hypot(*back))
-        # Along the curve, not across it: the other side of a thin one is as near.
+        # The second point is reached only in the direction of the curve: across a thin loop its other side is as near.
         if left <= 1.5 * step and back @ way > np.cos(TURNED) * left:
             return points
         new, onward = _next_to(surface, place + step * way, np.ones(2), way, side)

@@ -1,6 +1,6 @@
-"""The level curve of a sweep on the surface of motions: cut into strands, evaluated along them, and sampled.
+"""The level curve of a sweep on the surface of motions: cut into strands, evaluated on them, and sampled.
 
-Read from `curve_of` on: where a sweep has motions at all, the strands of its curve, the motions along these with the
+Read from `curve_of` on: where a sweep has motions at all, the strands of its curve, the motions on these with the
 functions that are zero where something happens, and the samples between which nothing is missed.
 
 Above each q a level a sin(phi) + b cos(phi) = c has two motions where |c| < (a^2 + b^2)^(1/2), one where they meet,
@@ -77,11 +77,11 @@ COLUMNS: tuple[Condition, ...] = (
     Condition(Event.SWEEP_END, sign=-1),
     Condition(Event.SWEEP_END),
 )
-"""What can happen along a strand: the conditions whose functions are the columns of `LevelCurve.event_values`. A
-meeting of motions is a fold unless it is shown to be a pitchfork."""
+"""Conditions of events on a strand: the columns of `LevelCurve.event_values` are zero where they hold. A trace of
+1 + r^4 is a fold here; `points` tells a pitchfork from it."""
 
 TRACED, MEETING, GRAZING, VALIDITY = slice(0, 4), 3, 4, slice(5, None)
-"""Columns that concern the trace; those of meetings and of grazing; those that are positive on what may be a motion."""
+"""Columns of `COLUMNS`: of the trace, of folds among these, of grazing, and those that are positive for a motion."""
 
 
 class Strand(Struct, frozen=True, eq=False):
@@ -105,7 +105,7 @@ class Strand(Struct, frozen=True, eq=False):
 
     @property
     def sheet(self) -> float:
-        """The sheet of a strand that runs from edge to edge on one, 1 or -1; 0 where it runs on both."""
+        """The sheet, 1 upper or -1 lower, of a strand over all q from 0 to 1; 0 of one that changes sheets."""
         if self.low != -EDGE or self.high != EDGE:
             return 0.0
         return 1.0 if self.start == 0 else -1.0
@@ -117,11 +117,11 @@ class Strand(Struct, frozen=True, eq=False):
 
     @property
     def samples(self) -> int:
-        """Parameters at which it is evaluated first."""
+        """Number of samples before refinement."""
         return FIRST_SAMPLES
 
     def crossings(self) -> list[float]:
-        """Parameters at which q = 1/2 is crossed: u = low + (high - low) sin^2(w/2) is zero there."""
+        """Parameters w at which u = low + (high - low) sin^2(w/2) is zero."""
         if not self.low < 0 < self.high:
             return []
         middle = 2 * np.arcsin(np.sqrt(-self.low / (self.high - self.low)))
@@ -133,7 +133,7 @@ Strands: TypeAlias = list[Strand | Contour]
 
 
 class LevelCurve(Struct, frozen=True, eq=False):
-    """A level curve ready to be evaluated.
+    """The motions of a sweep as a curve: its strands, and the range of the sweep in which they are looked at.
 
     Attributes
     ----------
@@ -159,25 +159,26 @@ class LevelCurve(Struct, frozen=True, eq=False):
         return self.plane.level
 
     def restitution(self, orbit: Orbits) -> Any:
-        """The restitution of motions: the device's, but for those along a sweep over it."""
+        """The restitution of motions: that of the device, or their own in a sweep over it."""
         return self.plane.r if orbit.restitution is None else orbit.restitution
 
     @property
     def speed(self) -> float:
-        """Scale of the impact velocities of all motions on the level."""
+        """An upper scale of the impact velocities of all motions on the level [y_c], to divide a drawn axis by."""
         if self.level.d is not None:
             return float(1 + self.level.d / self.plane.n + self.level.value * self.plane.n)
         most = float(max(by_wall(self.plane.r)))
         return 1 + (1 + most) / (1 - most) / float(np.pi)
 
     def at(self, which: Ints | int, w: Floats) -> Orbits:
-        """Motions at parameters `w` of the strands `which`, one for all or of each."""
+        """Motions at parameters `w` on the strands with the numbers `which` (one number, or one for each w)."""
         return evaluate(self.plane, self.strands, which, w)
 
     def event_values(self, orbit: Orbits) -> Floats:
-        """Functions that are zero where the conditions of `COLUMNS` hold, but for grazing: NaN, as the gap costs most.
+        """Functions that are zero where the conditions of `COLUMNS` hold, (len, columns).
 
-        The last four are positive on what may be a motion.
+        The column of grazing is NaN: the gap costs most, and the caller evaluates it only where it is needed. The last
+        four are positive on what may be a motion.
         """
         r, (low, high) = self.restitution(orbit), self.bounds
         coordinate = self.sweep.coordinate(orbit)
@@ -198,7 +199,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
 
 
 def plane_of(sweep: Sweep) -> SweptPlane:
-    """The plane of the 1:1 motions of a sweep, by what their level is there: two sheets of a sine, else a contour."""
+    """The plane of the 1:1 motions of a sweep: with two sheets for a sine, a contour for harmonics and restitutions."""
     device = sweep.device
     kind: type[SweptPlane] = Surface if device.harmonics else SweptPlane
     if sweep.parameter.bounces:
@@ -207,7 +208,7 @@ def plane_of(sweep: Sweep) -> SweptPlane:
 
 
 def curve_of(sweep: Sweep) -> LevelCurve:
-    """Find the level curve of a sweep."""
+    """Find the level curve of a sweep, without strands where the sweep is beyond all motions."""
     plane, device = plane_of(sweep), sweep.device
     if sweep.parameter.bounces:
         return LevelCurve(sweep, plane, find_strands(plane), sweep.coordinate_range)
@@ -229,7 +230,18 @@ def curve_of(sweep: Sweep) -> LevelCurve:
 
 
 def largest_with_friction(largest: tuple[float, float], friction: float, r: Any, n: int) -> tuple[float, float]:
-    """The largest d and gbar of any motion, by those without friction, of a ball with so much."""
+    """Largest d and gbar of any motion with friction.
+
+    Parameters
+    ----------
+    largest : tuple of float
+        d and gbar without friction, see `largest_groups`.
+    friction : float
+        Largest f over the sweep.
+    r : float or Restitutions
+    n : int
+        Forcing periods per motion.
+    """
     u = np.linspace(-EDGE, EDGE, 4096 * n + 1)
     rubbed = rubbing(coefficients(u, r, n), u, r, n)
     d, gbar = (1.001 * friction * float(np.abs(part).max()) for part in (rubbed.d, rubbed.gbar))
@@ -238,7 +250,7 @@ def largest_with_friction(largest: tuple[float, float], friction: float, r: Any,
 
 @lru_cache(maxsize=64)
 def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> tuple[float, float]:
-    """Largest d and gbar of any motion, with a little room; of a force with harmonics, no less than these."""
+    """Largest d and gbar of any motion, by 0.1 % more; upper bounds of these where the force has harmonics."""
     if harmonics:
         parts = [(part.share, *largest_groups(r, part.order * n, ()), part.order) for part in (SINE, *harmonics)]
         return sum(p * d / j**2 for p, d, _, j in parts), sum(p * gbar for p, _, gbar, _ in parts)
@@ -249,7 +261,7 @@ def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> tuple[flo
 
 
 def find_strands(plane: SweptPlane) -> Strands:
-    """Every strand of the level of a plane over 0 < q < 1."""
+    """Find every strand of the level over 0 < q < 1."""
     strands: Strands = []
     # With gbar = 0 both coefficients of gbar vanish at u = 0, where every phase is a motion: a line apart from the rest
     # of the level, of which u is divided out in `SweptPlane.terms`.
@@ -268,11 +280,11 @@ def find_strands(plane: SweptPlane) -> Strands:
 
 
 def _existence(plane: SweptPlane) -> list[tuple[float, float]]:
-    """Intervals of u in which the level has motions.
+    """Find the intervals of u in which the level has motions, where the margin (a^2 + b^2)^(1/2) - |c| is positive.
 
-    The margin (a^2 + b^2)^(1/2) - |c| is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to
-    the edges, where d vanishes, in every decade down to rounding; its zeros are then bisected, and its extrema that
-    come close to zero without crossing it are refined first.
+    The margin is sampled far below its shortest wavelength 1/(2n) and, next to u = 0 and to the edges, where d
+    vanishes, in every decade down to rounding. Extrema that come close to zero without crossing it are refined first;
+    then its zeros are located to the last bit.
     """
 
     def margin(u: Floats) -> Floats:
@@ -299,7 +311,7 @@ def _existence(plane: SweptPlane) -> list[tuple[float, float]]:
 
 
 def evaluate(plane: SweptPlane, strands: Strands, which: Ints | int, w: Floats) -> Orbits:
-    """Motions at parameters `w` of the strands `which`, one for all or of each."""
+    """Motions at parameters `w` on the strands with the numbers `which` (one number, or one for each w)."""
     which = np.broadcast_to(which, w.shape)
     if isinstance(plane, ContourPlane):
         u, phi = places(strands, which, w, plane)
@@ -316,6 +328,8 @@ def evaluate(plane: SweptPlane, strands: Strands, which: Ints | int, w: Floats) 
     a, b, c = plane.terms(terms, u)
     norm = np.hypot(a, b)
     ratio = np.clip(c / np.where(norm == 0, 1.0, norm), -1.0, 1.0)
+    # Two sheets and not one phase that is followed along q: arccos alone gives phases on the upper one only, and at an
+    # end of the interval, where both meet, the phase as a function of q has an infinite slope; w does not.
     # An open strand ends on one sheet, at an edge where the two do not meet: there w must not be taken modulo 2 pi.
     sheet_number = np.array([s.sheet for s in sheets])[which]
     turned = np.where(np.array([s.closed for s in sheets])[which], np.mod(w, 2 * np.pi), w)
@@ -323,11 +337,11 @@ def evaluate(plane: SweptPlane, strands: Strands, which: Ints | int, w: Floats) 
     # a sin(phi) + b cos(phi) = (a^2 + b^2)^(1/2) cos(phi - arctan2(a, b)) = c: two phases, one on either sheet.
     phi = np.arctan2(a, b) + sheet * np.arccos(ratio)
     phi = np.where(width == 0, w, phi)
-    return orbits_above(terms, u, np.mod(phi, 2 * np.pi), plane.r, plane.n, friction=plane.level.friction)
+    return orbits_above(terms, plane.dynamics, u, np.mod(phi, 2 * np.pi))
 
 
 class Samples(Struct, frozen=True, eq=False):
-    """Parameters along the strands, in order, and what was evaluated there.
+    """Parameters on the strands, in order, with what refinement looks at.
 
     Attributes
     ----------
@@ -361,6 +375,8 @@ def sample(curve: LevelCurve) -> Samples:
     w = np.concatenate([np.linspace(s.start, s.end, s.samples) for s in curve.strands] or [np.empty(0)])
     samples = _samples(curve, which, w)
     active = np.ones(max(len(w) - 1, 0), dtype=bool)
+    # Active are all steps at first, then only the halves of those whose middle was off the chord: a step that was
+    # straight or not relevant once is not looked at again, so that later passes cost little.
     for _ in range(PASSES):
         same = samples.which[1:] == samples.which[:-1]
         index = np.nonzero(active & same & (_relevant(samples) | _jumps(samples)))[0]
@@ -384,6 +400,7 @@ def sample(curve: LevelCurve) -> Samples:
 
 
 def _samples(curve: LevelCurve, which: Ints, w: Floats) -> Samples:
+    """Evaluate samples: their validity, and where they are in the planes that are drawn."""
     orbit = curve.at(which, w)
     events = curve.event_values(orbit)
     r = curve.restitution(orbit)
@@ -412,7 +429,9 @@ def _samples(curve: LevelCurve, which: Ints, w: Floats) -> Samples:
 
 
 def _coarse(samples: Samples, index: Ints, middle: Samples) -> NDArray[np.bool_]:
-    """Whether the halves of the steps at `index` have to be halved again."""
+    """Whether the halves of the steps at `index`, whose middles are given, have to be halved again."""
+    # By the distance of the middle from the chord, not by the length of steps: a straight piece is exact as one line of
+    # any length, and next to a fold equal steps would cut the corner.
     chord = samples.drawn[index + 1] - samples.drawn[index]
     bend = middle.drawn - samples.drawn[index] - chord / 2
     coarse = (np.linalg.norm(bend, axis=1) > SMOOTHNESS) | (np.linalg.norm(chord, axis=1) > LONGEST_CHORD)
@@ -424,16 +443,17 @@ def _coarse(samples: Samples, index: Ints, middle: Samples) -> NDArray[np.bool_]
 
 
 def _jumps(samples: Samples) -> NDArray[np.bool_]:
-    """Steps that are long on the surface of motions, wherever they are in the sweep."""
+    """Which steps are long on the surface of motions, in the sweep or not."""
     return np.asarray(np.linalg.norm(np.diff(samples.drawn[:, SURFACE], axis=0), axis=1) > LONGEST_JUMP)
 
 
 def _relevant(samples: Samples) -> NDArray[np.bool_]:
-    """Steps that touch a valid sample, leap over the sweep, or next to which the validity may rise above zero."""
+    """Which steps touch a valid sample, leap over the sweep, or may hide a rise of the validity above zero."""
+    # All three: a strand may enter the sweep and leave it again between two samples that are both outside.
     v, beyond_middle = samples.validity, samples.drawn[:, 0] > 0.5
     touches = (v[1:] > 0) | (v[:-1] > 0) | (beyond_middle[1:] != beyond_middle[:-1])
     inner = v[1:-1]
-    rise = 2 * inner - np.minimum(v[:-2], v[2:])  # the peak, if it stands as far above as the lower neighbour below
+    rise = 2 * inner - np.minimum(v[:-2], v[2:])  # a peak as far above the sample as the lower neighbour is below it
     hopeful = (inner < 0) & (inner >= v[:-2]) & (inner >= v[2:]) & (rise > 0)
     touches[:-1] |= hopeful
     touches[1:] |= hopeful

@@ -19,11 +19,14 @@ The equations are linear in f, too: to gbar, velocity and d above each q it adds
 
 Throughout, u = q - 1/2 stands for q, because the nearly symmetric motions of a nearly horizontal capsule live at u
 ~ gbar, where q itself has no digits left. The formulae serve every kind of number, see `vireport.physics.numbers`.
+
+Read `coefficients` (the linear system), then `Orbits` (what a motion is), then `orbits_above` (the sum over the
+harmonics, and friction).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from msgspec import Struct
@@ -129,10 +132,16 @@ def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
 
 
 class Friction(Struct, frozen=True, eq=False):
-    """The friction f of a ball along a sweep, by the groups: `constant` + `by_gbar` gbar + `by_d` d; numbers or arrays.
+    """Dry friction f over a sweep as a function of the groups: `constant` + `by_gbar` gbar + `by_d` d.
 
-    Along a sweep of length or frequency it is constant, along one of the force it goes with gbar, and with d where the
-    capsule is horizontal.
+    It is constant over a sweep of length or frequency. Over one of the force it is proportional to gbar, or to d where
+    the capsule is horizontal.
+
+    Attributes
+    ----------
+    constant, by_gbar, by_d : array_like
+        In the force's amplitude [-]. The whole number 0 marks a term that is absent: it costs nothing and adds no
+        rounding.
     """
 
     constant: Any
@@ -140,7 +149,7 @@ class Friction(Struct, frozen=True, eq=False):
     by_d: Any = 0
 
     def map_numbers(self, function: Callable[[Any], Any]) -> Friction:
-        """What a function makes of each number; a coefficient that is not there stays so."""
+        """Apply a function to the coefficients; an absent one, the whole number 0, stays absent."""
         numbers = (self.constant, self.by_gbar, self.by_d)
         return Friction(*(number if type(number) is int else function(number) for number in numbers))
 
@@ -150,7 +159,7 @@ class Friction(Struct, frozen=True, eq=False):
 
 
 class Rubbing(Struct, frozen=True, eq=False):
-    """What each unit of friction adds above one value of q: to gbar, the velocity at the bottom impact and d."""
+    """Derivatives by friction f at one value of q: of gbar, of the velocity at the bottom impact, and of d."""
 
     gbar: Any
     velocity: Any
@@ -158,7 +167,17 @@ class Rubbing(Struct, frozen=True, eq=False):
 
 
 def rubbing(k: Coefficients, u: Any, r: Any, n: int) -> Rubbing:
-    """Solve the linear system for friction alone, without a force; `k` is of the same u.
+    """Solve the linear system (3.9)-(3.11) for unit friction in the place of the force.
+
+    Parameters
+    ----------
+    k : Coefficients
+        Of a sine at the same u.
+    u : array_like
+        q - 1/2 [-].
+    r : array_like or Restitutions
+    n : int
+        Forcing periods per motion.
 
     Notes
     -----
@@ -178,7 +197,9 @@ def rubbing(k: Coefficients, u: Any, r: Any, n: int) -> Rubbing:
 
 
 def of_order(k: Coefficients, order: int) -> Coefficients:
-    """The coefficients of sin(order phi) and cos(order phi) of a harmonic, from those of a sine in order n periods."""
+    """Coefficients of sin(order phi) and cos(order phi) for a harmonic, from those of a sine with `order` n periods."""
+    # In the time unit t_c/order the harmonic is a sine: velocities scale by 1/order, lengths by its square, and
+    # accelerations (gbar) not at all.
     square = order * order
     return replace(
         k,
@@ -190,7 +211,7 @@ def of_order(k: Coefficients, order: int) -> Coefficients:
 
 
 def turned(sine: Any, cosine: Any, harmonic: Harmonic) -> tuple[Any, Any]:
-    """Coefficients of the sine and the cosine of a multiple phase of a harmonic, by those of cos(order x)."""
+    """Coefficients for the force A cos(order x) + B sin(order x) of a harmonic, from those for cos(order x)."""
     return harmonic.cosine * sine + harmonic.sine * cosine, harmonic.cosine * cosine - harmonic.sine * sine
 
 
@@ -212,11 +233,11 @@ class Orbits(Struct, frozen=True, eq=False):
     gbar, d : array_like
         Gravity and length for which this is a motion.
     harmonics : tuple of Harmonic
-        Of the force that all of them have, none of a sine.
+        Of the force, the same for all motions; empty for a sine.
     friction : array_like or None
-        f, of each; None of a ball without friction.
+        f of each motion; None for a ball without friction.
     restitution : array_like or Restitutions, or None
-        Of each, where they are of a sweep over it; None where all have that of the device.
+        Of each motion, in a sweep over a restitution; None where all have that of the device.
     """
 
     u: Any
@@ -249,13 +270,13 @@ class Orbits(Struct, frozen=True, eq=False):
 
     @property
     def gravities(self) -> tuple[Any, Any]:
-        """What stands for gbar in the flight up from the bottom, and in that back down, see `Groups.gravity`."""
+        """Gravity plus friction in the flight from the bottom up, and in the flight back down; see `Groups.gravity`."""
         if self.friction is None:
             return self.gbar, self.gbar
         return self.gbar + self.friction, self.gbar - self.friction
 
     def flights(self, r: Any) -> tuple[Flight, Flight]:
-        """The flight from the bottom upward, and the one back down, for the restitution r of `coefficients`."""
+        """The flights from the bottom to the top and back, for the restitution r of `coefficients`."""
         at_bottom, at_top = by_wall(r)
         bottom, top = flight.reflect(self.velocity_bottom, at_bottom), flight.reflect(self.velocity_top, at_top)
         begun, back = self.waves
@@ -267,58 +288,75 @@ class Orbits(Struct, frozen=True, eq=False):
 
 
 ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name not in ("harmonics", "friction", "restitution"))
-"""What `Orbits` hold numbers of."""
+"""Names of the fields of `Orbits` that are numbers or arrays."""
 
 
-def orbits(
-    u: Any,
-    phi: Any,
-    r: Any,
-    n: int,
-    ops: Any = ARRAYS,
-    harmonics: tuple[Harmonic, ...] = (),
-    friction: Friction | None = None,
-) -> Orbits:
-    """Evaluate the motion through (q = 1/2 + u, phi): the only one there is, with the gbar and d it belongs to.
+class Dynamics(Struct, frozen=True, eq=False):
+    """What the 1:1 motions of a device depend on besides d and gbar.
 
-    Parameters are those of `coefficients`, the forcing phase `phi` at the bottom impact [rad], the harmonics of the
-    force, and friction, in the kind of number of `ops`.
+    Attributes
+    ----------
+    r : array_like or Restitutions
+        Restitution coefficient, 0 <= r < 1 [-].
+    n : int
+        Forcing periods per motion.
+    harmonics : tuple of Harmonic
+        Of the force; empty for a sine.
+    friction : Friction or None
+        None for a ball without friction.
     """
-    return orbits_above(coefficients(u, r, n, ops), u, phi, r, n, ops, harmonics, friction)
+
+    r: Any
+    n: int
+    harmonics: tuple[Harmonic, ...] = ()
+    friction: Friction | None = None
 
 
-def added(
-    u: Any, phi: Any, r: Any, n: int, ops: Any, harmonics: Sequence[Harmonic]
-) -> Iterator[tuple[Coefficients, Harmonic, Any, Any]]:
-    """The coefficients of each harmonic, and the sine and the cosine of its multiple of the phase."""
-    for harmonic in harmonics:
-        k = of_order(coefficients(u, r, harmonic.order * n, ops), harmonic.order)
-        yield k, harmonic, ops.sin(harmonic.order * phi), ops.cos(harmonic.order * phi)
+def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:
+    """Evaluate the one 1:1 motion with q = 1/2 + u and this phase, for a force that is a sine and without friction.
+
+    Parameters are those of `orbits_of`, with the restitution r and n forcing periods for `dynamics`.
+    """
+    return orbits_of(Dynamics(r, n), u, phi, ops)
 
 
-def orbits_above(
-    c: Coefficients,
-    u: Any,
-    phi: Any,
-    r: Any,
-    n: int,
-    ops: Any = ARRAYS,
-    harmonics: tuple[Harmonic, ...] = (),
-    friction: Friction | None = None,
-) -> Orbits:
-    """Evaluate `orbits` by coefficients of the sine above each u. The velocity at the top is (3.8)."""
+def orbits_of(dynamics: Dynamics, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
+    """Evaluate the one 1:1 motion with q = 1/2 + u and this phase, and the gbar and d that it belongs to.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    u : array_like
+        q - 1/2, strictly between -1/2 and 1/2 [-].
+    phi : array_like
+        Forcing phase at the bottom impact [rad].
+    ops
+        Functions of the kind of number of all these.
+    """
+    return orbits_above(coefficients(u, dynamics.r, dynamics.n, ops), dynamics, u, phi, ops)
+
+
+def orbits_above(c: Coefficients, dynamics: Dynamics, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
+    """Evaluate `orbits_of` where the coefficients `c` of the sine at these u have been computed before.
+
+    Source: the velocity at the top is (3.8).
+    """
+    r, n, friction = dynamics.r, dynamics.n, dynamics.friction
     sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
     gbar = c.gbar_sine * sin_phi + c.gbar_cosine * cos_phi
     velocity = c.velocity_sine * sin_phi + c.velocity_cosine * cos_phi
     d = c.d_sine * sin_phi + c.d_cosine * cos_phi
-    for k, harmonic, sine, cosine in added(u, phi, r, n, ops, harmonics):
-        pairs = (k.gbar_sine, k.gbar_cosine), (k.velocity_sine, k.velocity_cosine), (k.d_sine, k.d_cosine)
-        of_gbar, of_velocity, of_d = (a * sine + b * cosine for a, b in (turned(*pair, harmonic) for pair in pairs))
-        gbar, velocity, d = gbar + of_gbar, velocity + of_velocity, d + of_d
+    for harmonic in dynamics.harmonics:
+        k = of_order(coefficients(u, r, harmonic.order * n, ops), harmonic.order)
+        sine, cosine = ops.sin(harmonic.order * phi), ops.cos(harmonic.order * phi)
+        gbar = gbar + _at_phase(turned(k.gbar_sine, k.gbar_cosine, harmonic), sine, cosine)
+        velocity = velocity + _at_phase(turned(k.velocity_sine, k.velocity_cosine, harmonic), sine, cosine)
+        d = d + _at_phase(turned(k.d_sine, k.d_cosine, harmonic), sine, cosine)
     rubbed, gained = None, gbar
     if friction is not None:
         unit = rubbing(c, u, r, n)
-        # f = c + a gbar + b d, in which gbar and d have f times those of friction alone.
+        # f = c + a gbar + b d depends on the very gbar and d to which it adds f times `unit`: linear in f, so solved by
+        # one division, not iterated.
         rubbed = friction.at(gbar, d) / (1 - friction.by_gbar * unit.gbar - friction.by_d * unit.d)
         gbar, velocity, d = gbar + rubbed * unit.gbar, velocity + rubbed * unit.velocity, d + rubbed * unit.d
         gained = gbar + 2 * u * rubbed
@@ -339,6 +377,11 @@ def orbits_above(
         velocity_top=2 * n * gained / (1 + top) - taken,
         gbar=gbar,
         d=d,
-        harmonics=harmonics,
+        harmonics=dynamics.harmonics,
         friction=rubbed,
     )
+
+
+def _at_phase(pair: tuple[Any, Any], sine: Any, cosine: Any) -> Any:
+    """Value of a sin + b cos for a pair of coefficients (a, b)."""
+    return pair[0] * sine + pair[1] * cosine

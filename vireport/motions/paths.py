@@ -1,7 +1,12 @@
-"""A family of motions followed along a sweep, by pseudo-arclength, from event to event.
+"""Continuation of families of motions of any word, by pseudo-arclength, from event to event.
 
-Steps are so short that the trace, on which all types of motion rest, changes by little; every event between two points
-is bracketed and then located on the curve itself.
+Motions are points of a space of 2N + 1 unknowns (velocities and times of N impacts, and what varies), in which 2N
+conditions leave a curve. `Path` follows such a curve, whatever varies; `Curve` is the motions of one word along a sweep
+or another line through the inputs. Steps are so short that the trace, on which all types of motion rest, changes by
+little; every event between two points is bracketed and then located on the curve itself.
+
+Read `follow` (the loop over steps), then `Path.neighbour` (one step), `Path.strain` (its length) and `Curve.happenings`
+(its events).
 """
 
 from __future__ import annotations
@@ -25,7 +30,7 @@ from vireport.base.records import brief
 from vireport.motions.conditions import Condition
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.periodicity import Model, Variation, linearised, trace
-from vireport.motions.roots import GOLDEN
+from vireport.motions.roots import Crossing, golden_section, path_root
 from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.turning import Turn, slow_places, turns
 from vireport.physics.groups import Groups, stated
@@ -42,7 +47,8 @@ LAST_STEP = 1e-6
 """Arclength of the step up to which a velocity may go to zero wherever the trace is."""
 
 AIM, LEAST, MOST = 0.8, 0.08, 2.5
-"""Strain that the next step is to have, and the strains beyond which it changes no further: tenfold, or to a third."""
+"""Strain that the next step should have, and the strains below and above which the step is changed by no more: tenfold
+longer at most, a third as long at least."""
 
 STEEPEST = 0.35
 """Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
@@ -57,31 +63,30 @@ MOST_POINTS = 4000
 """Points of one family in one direction."""
 
 MOST_IDLE_STEPS = 50
-"""Steps that together must be longer than the shortest that is never refused; of 60 random devices no two were not."""
+"""Steps in a row that together must be longer than `CLOSE`, or the path goes nowhere; on 60 random devices any two in a
+row were."""
 
 CONVERGED, ROUNDING = 1e-12, 1e-10
-"""Newton correction that ends the search for a motion, and the one up to which rounding may keep it."""
+"""Newton correction that ends the search for a motion, and the one that is accepted where rounding prevents that."""
 
 LOCATED, ON_CUBIC = 1e-11, 1e-7
 """Correction, as a share of a step, that ends the search for an event on the path, and on a cubic next to it."""
-
-MOST_SECANTS, FREE_SECANTS = 60, 7
-"""More than bisections alone need in one step of four; and those that are usual, before every fourth is one."""
 
 SQUARED = 1e-9
 """Newton correction that ends the search where the next one would be about its square."""
 
 CORRECTIONS = 8
+"""Newton corrections of a guess, at most."""
 
 RANK = 1e-7
-"""Singular value over the largest below which a direction is left out where families cross."""
+"""Singular value, over the largest, that counts as zero where families cross."""
 
 MOST_ASIDE = 1e3
 """Length of a tangent before it is normalised, at which another curve crosses."""
 
 
 PASSED = Condition(Event.PERIOD_DOUBLING), Condition(Event.NODE_FOCUS), Condition(Event.NODE_FOCUS, sign=-1)
-"""What a family passes through: where the trace has a value, and the motions go on."""
+"""Conditions on the trace at which motions of a family continue beyond the event."""
 
 MEETING = Condition(Event.FOLD)
 """Where motions meet, in a fold or a pitchfork."""
@@ -104,7 +109,7 @@ CROSSED = 1e-11
 
 
 class PathPoint(Struct, frozen=True, eq=False, dict=True):
-    """A motion on a path, or a guess at one.
+    """A motion on a path, or a guess at one, with the direction of the path.
 
     Attributes
     ----------
@@ -112,7 +117,7 @@ class PathPoint(Struct, frozen=True, eq=False, dict=True):
     x : ndarray
         Velocities, times and what varies.
     tangent : ndarray
-        Direction of the path, by unknowns over their scale.
+        Direction of the path, in unknowns over their scale.
     """
 
     path: Path
@@ -136,7 +141,7 @@ class PathPoint(Struct, frozen=True, eq=False, dict=True):
 
 
 class Arc(Struct, frozen=True, eq=False, dict=True):
-    """A step of a path, as the cubic that goes through the motions at both ends in the direction of the path."""
+    """A step of a path as a cubic: through the motions at both ends, with the directions of the path there."""
 
     start: PathPoint
     end: PathPoint
@@ -151,11 +156,12 @@ class Arc(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _way(self) -> Floats:
+        """The chord from start to end, in unknowns over their scale."""
         return (self.end.x - self.start.x) / self.start.path.scale
 
     @cached_property
     def _bend(self) -> tuple[Any, Any]:
-        """Coefficients of the square and the cube of the arclength."""
+        """Coefficients of the square and of the cube of the arclength in the cubic."""
         cubed = self.length**3
         if not cubed:  # a step below the cube root of the least double, next to restitution 0, is straight
             return 0.0, 0.0
@@ -182,17 +188,27 @@ class Arc(Struct, frozen=True, eq=False, dict=True):
         tangent = self.start.tangent + size * (2 * square + 3 * size * cube)
         return PathPoint(self.start.path, self.guess(size), tangent)
 
-    def crossing(self, value: Callable[[PathPoint], float]) -> tuple[float, float]:
-        """Arclength at which a function is zero whose signs differ at the ends, and its slope there."""
+    def crossing(self, value: Callable[[PathPoint], float]) -> Crossing:
+        """Arclength at which a function on the cubic is zero, whose signs differ at the ends."""
         first, last = value(self.start), value(self.end)
         slope = (last - first) / self.length
-        return _zero(lambda size: value(self.at(size)), self.length, last > 0, -first / slope, slope, ON_CUBIC)
+        guess = Crossing(-first / slope, slope)
+        return path_root(lambda size: value(self.at(size)), self.length, last > 0, guess, ON_CUBIC)
 
 
 class Path(Struct, frozen=True, eq=False):
-    """Motions with one condition fewer than they have unknowns: a curve, which is followed from event to event.
+    """A curve of motions: the solutions of conditions that are one fewer than the unknowns.
 
-    The unknowns are velocities and times of the impacts and what varies of the device.
+    The unknowns are velocities and times of the impacts [y_c, t_c] and what varies of the device. A kind of path says
+    what varies and what happens on it; all of them are followed by `follow`.
+
+    Attributes
+    ----------
+    word : Word
+    first, longest : float
+        First and longest step of the arclength.
+    sharpest : float
+        Most that the direction may change within a step [rad].
     """
 
     word: Word
@@ -205,7 +221,7 @@ class Path(Struct, frozen=True, eq=False):
 
     @abstractmethod
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
-        """The conditions and their derivatives, by unknowns over their scale."""
+        """The conditions, (m,), and their derivatives by the unknowns over their scale, (m, m + 1)."""
 
     @abstractmethod
     def groups(self, x: Floats) -> Groups[float]:
@@ -217,59 +233,88 @@ class Path(Struct, frozen=True, eq=False):
 
     @abstractmethod
     def trace(self, x: Floats) -> float:
-        """The trace of a motion, or what else may not change much within a step; nan where there is none."""
+        """The trace of a motion; nan where a velocity is zero."""
 
     @abstractmethod
     def margins(self, x: Floats) -> Floats | list[float]:
-        """What is positive of a motion that is admissible, and within the range."""
+        """Numbers that are all positive if and only if a solution is an admissible motion within the range."""
 
     @abstractmethod
     def steepness(self, arc: Arc) -> float:
-        """How much what must change little within a step does, as a share of the most for no event to be missed."""
+        """Change of the function on which events rest within a step, over the most at which none can be missed."""
 
     @abstractmethod
     def end_within(self, arc: Arc) -> tuple[Event, PathPoint]:
-        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        """The event at which the first of the margins becomes zero within a step, and the motion there.
+
+        Raises
+        ------
+        NumericalError
+            As `located`.
+        """
 
     @abstractmethod
     def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
-        """What happens within a step, in order, and whether the last of it ends the path. Raises as `located`."""
+        """The events within a step, in order, and whether the last of them ends the path.
+
+        Raises
+        ------
+        NumericalError
+            As `located`.
+        """
 
     def decay(self, x: Floats) -> float:
         """Product of the restitution coefficients over the impacts of a motion, the root of the determinant."""
         return float(self.groups(x).decay(self.word.walls, x[: len(self.word)].tolist()))
 
     def strain(self, arc: Arc) -> float:
-        """How long a step is as against the longest in which nothing can be missed.
+        """Length of a step over the longest in which no event can be missed; a step is accepted up to 1.
 
-        To go to zero and come back, a velocity or gap needs a rate that changes; rates change with the direction of
-        the curve and along it, at most by about eight times as much, and what is missed is an eighth of the step times
-        that.
+        Notes
+        -----
+        To go to zero and come back within a step, a velocity or gap needs a rate that changes. Rates change with the
+        direction of the curve and along it, at most by about eight times as much, and the dip between the ends of the
+        step is an eighth of the step times that change.
         """
         point, new, step = arc.start, arc.end, abs(arc.length)
         turned = sqrt(2 * max(1 - float(new.tangent @ point.tangent), 0.0))
         steepest = max(turned / self.sharpest, self.steepness(arc))
-        # What is hidden is looked for last: the margins need the turning points of every flight.
+        # The margins come last and only if they can matter: they need the turning points of every flight.
         if steepest > 1 or step <= CLOSE or (least := min(point.margin, new.margin)) <= 0:
             return steepest
         return max(steepest, step * (turned + step) / least)
 
     def reach(self, point: PathPoint) -> float:
-        """Longest step: as `strain` sees what is hidden, it may go with the root of the least velocity or gap."""
+        """Longest step from a point: by `strain` it may grow with the root of the least velocity or gap."""
         return max(min(sqrt(max(point.margin, 0.0)) / 2, self.longest), CLOSE)
 
     def leaves(self, x: Floats, first: PathPoint) -> bool:
-        """Whether nothing happens between a point from which the path begins and a motion next to it."""
+        """Whether no event can be between the unknowns `x` at which a path begins and its first motion."""
         return True
 
     def solved(self, guess: Floats, normal: Floats) -> Floats | None:
-        """The motion nearest to a guess in the plane through it with a normal; None where there is none in reach."""
+        """The motion nearest to a guess in the plane through it with this normal; None if corrections do not settle."""
         # Least squares, which also stand equations that depend on each other where families cross, take three times as
         # long as a solution by factors: 19 to 63 us against 7 to 12 us of up to six impacts.
         return (self._newton(guess, normal, False) or self._newton(guess, normal, True) or (None,))[0]
 
     def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> tuple[Floats, Floats] | None:
-        """The motion, and the direction of the path, on the side of the normal, at the last correction."""
+        """Solve for the motion in the plane through a guess with a normal, and the direction of the path there.
+
+        Parameters
+        ----------
+        guess, normal : ndarray
+            The normal is in unknowns over their scale. Zero stands for no plane: the least correction is then the
+            shortest way to the path.
+        crossing : bool
+            Whether the equations may depend on each other, as where two families cross.
+
+        Returns
+        -------
+        motion, tangent : ndarray
+            The tangent, not normalised, on the side of the normal, at the last correction but one. None if the
+            corrections do not settle.
+        """
         solve: Any = _within_rank if crossing else np.linalg.solve
         x, scale, size = guess.copy(), self.scale, len(guess)
         # The plane through the guess is the equation that is missing. Bordered by its normal the matrix is regular at
@@ -296,15 +341,16 @@ class Path(Struct, frozen=True, eq=False):
         return (x, tangent) if last < ROUNDING else None
 
     def nearest(self, guess: Floats) -> Floats | None:
-        """The motion nearest to a guess."""
+        """The motion of the path nearest to a guess; None if corrections do not settle."""
         # Without a normal the least solution is the shortest way to the path.
         return (self._newton(guess, np.zeros(len(guess)), True) or (None,))[0]
 
     def point(self, x: Floats, tangent: Floats) -> PathPoint:
-        """A motion with the direction of the path there, on the side of another direction."""
+        """The point at a motion, with the direction of the path on the side of a given direction."""
         return self._point(x, _within_rank(np.concatenate([self.linearised(x)[1], tangent[None]]), np.eye(len(x))[-1]))
 
     def _point(self, x: Floats, tangent: Floats) -> PathPoint:
+        """The point at a motion, with a direction that is normalised."""
         return PathPoint(self, x, tangent / sqrt(tangent @ tangent))
 
     def tangent(self, x: Floats) -> Floats:
@@ -312,7 +358,7 @@ class Path(Struct, frozen=True, eq=False):
         return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
 
     def neighbour(self, arc: Arc, size: float) -> PathPoint:
-        """The motion next to a point of an arc, or beyond its end.
+        """The motion next to the cubic of an arc, at an arclength from its start that may be beyond its end.
 
         Raises
         ------
@@ -331,20 +377,52 @@ class Path(Struct, frozen=True, eq=False):
     def located(
         self, arc: Arc, value: Callable[[PathPoint], float], tolerance: float = LOCATED
     ) -> tuple[float, PathPoint]:
-        """Where, along an arc, a function is zero on the path whose signs differ at its ends. Raises as `neighbour`."""
+        """Locate the motion at which a function is zero within a step, at whose ends its signs differ.
+
+        Parameters
+        ----------
+        arc : Arc
+        value : callable
+        tolerance : float
+            Correction that ends the search, as a share of the step.
+
+        Returns
+        -------
+        float
+            Arclength from the start.
+        PathPoint
+
+        Raises
+        ------
+        NumericalError
+            As `neighbour`.
+        """
         if value(arc.start) == value(arc.end):
-            return 0.0, arc.start  # it begins there, to rounding, and what varies does not change the function
-        evaluated, (guess, slope) = {}, arc.crossing(value)
+            return 0.0, arc.start  # zero at the start, to rounding, and constant over the step
+        evaluated, guess = {}, arc.crossing(value)
 
         def on_path(size: float) -> float:
             evaluated[size] = self.neighbour(arc, size)
             return value(evaluated[size])
 
-        size, _ = _zero(on_path, arc.length, value(arc.end) > 0, guess, slope, tolerance)
+        size, _ = path_root(on_path, arc.length, value(arc.end) > 0, guess, tolerance)
         return abs(size), evaluated[size]
 
     def at_unknown(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:
-        """The arclength and the motion at which an unknown has a value that lies between those at the ends of an arc.
+        """Locate the motion at which one unknown has a given value, between those at the ends of a step.
+
+        Parameters
+        ----------
+        arc : Arc
+        which : int
+            Number of the unknown.
+        value : float
+
+        Returns
+        -------
+        float
+            Arclength from the start.
+        PathPoint
 
         Raises
         ------
@@ -366,58 +444,43 @@ class Path(Struct, frozen=True, eq=False):
         return bool(min(self.margins(x)) > 0)
 
 
-def _zero(
-    function: Callable[[float], float], end: float, rises: bool, start: float, slope: float, tolerance: float
-) -> tuple[float, float]:
-    """Where a function is zero between 0 and an end, and its slope there, by secants from a start and a slope.
-
-    The function is positive at the end if it rises. A bisection replaces a secant that would leave the bracket, and
-    some others. The tolerance of a correction is a share of the end. What is returned was evaluated.
-    """
-    # One bracket in Python's numbers: arrays of one number take thirty times as long, some 300 times in an atlas.
-    low, high, x, new, before = 0.0, end, start, start, None
-    for count in range(MOST_SECANTS):
-        x = new
-        value = function(x)
-        low, high = (low, x) if (value > 0) == rises else (x, high)
-        if before is not None and value != before[1]:
-            slope = (value - before[1]) / (x - before[0])
-        new, before = x - value / slope, (x, value)
-        if not min(low, high) <= new <= max(low, high) or (count % 4 == 3 and count >= FREE_SECANTS):
-            new = (low + high) / 2
-        if abs(new - x) <= tolerance * abs(end):
-            return x, slope
-    # On steps of 1e-8 the swept parameter itself is rounded to more than the tolerance: the function is a staircase.
-    # The least of several gaps can be flat up to where another one falls, on a step of many decades. There secants go
-    # on for ever.
-    while abs(high - low) > float_info.epsilon * abs(end) and (new := (low + high) / 2) not in (low, high):
-        x = new
-        low, high = (low, x) if (function(x) > 0) == rises else (x, high)
-    return x, slope
-
-
 def _within_rank(matrix: Floats, right: Floats) -> Floats:
-    """Least solution of equations that nearly are too few, as they are where two families cross."""
+    """The least solution of equations that may nearly depend on each other, as where two families cross."""
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=RANK)[0])
 
 
 class Trail(Struct, frozen=True, eq=False):
-    """Points along a curve, and what happens at some of them: the last one ends it."""
+    """A path as it was followed: its points in order, and (number of the point, event); the last event ends it."""
 
     points: list[PathPoint]
     events: list[tuple[int, Event]]
 
     def reversed(self) -> Trail:
-        """The points and events in the order from the other end."""
+        """The trail in the opposite order."""
         last = len(self.points) - 1
         return Trail(self.points[::-1], [(last - i, event) for i, event in self.events[::-1]])
 
 
 def follow(path: Path, start: PathPoint, until: frozenset[Event] = frozenset()) -> Trail:
-    """Follow a path from a motion, in the direction of its tangent, until something ends it, or one of some events."""
+    """Follow a path from a motion in the direction of its tangent, until an event ends it.
+
+    Parameters
+    ----------
+    path : Path
+    start : PathPoint
+    until : frozenset of Event
+        Events that end the search as well.
+
+    Returns
+    -------
+    Trail
+        Its last event is `Event.LOST` if the steps would become too short, too many, or the corrections do not settle.
+    """
+    # The predictor is the cubic of the last step, extrapolated, whose error is of the fourth order in the step; that of
+    # the tangent would be of the second. The corrector works in the plane across it, so that folds are nothing special.
     trail, arc, step = Trail([start], []), Arc(start, start), path.first
     # At the very value of an event several families can meet in the start, or none leave it. There rounding passes for
-    # motions, from step to step, and the way goes nowhere.
+    # motions, from step to step, and the path goes nowhere.
     steps: deque[float] = deque([inf], MOST_IDLE_STEPS)
     while len(trail.points) < MOST_POINTS and step > SHORTEST_STEP and sum(steps) > CLOSE:
         step = min(step, path.reach(arc.end))
@@ -437,7 +500,7 @@ def follow(path: Path, start: PathPoint, until: frozenset[Event] = frozenset()) 
 
 
 def completed(path: Path, start: PathPoint, forward: Trail) -> Trail:
-    """A trail with the other way from its start in front of it."""
+    """A trail completed by the part of the path behind its start, unless it came back to the start itself."""
     if forward.events[-1][1] is Event.CLOSED:
         return forward
     back = follow(path, replace(start, tangent=-start.tangent)).reversed()
@@ -454,7 +517,7 @@ def _advance(path: Path, trail: Trail, arc: Arc, until: frozenset[Event]) -> boo
     NumericalError
         If what happens on the way cannot be located.
     """
-    # The end is located first: what happens beyond it happens to no motion.
+    # The end is located first: events beyond it are of no motion.
     end, new = path.end_within(arc) if arc.end.margin <= 0 else (None, arc.end)
     happenings, over = path.happenings(Arc(arc.start, new))
     if end is None and _closes(trail, new):
@@ -469,10 +532,10 @@ def _advance(path: Path, trail: Trail, arc: Arc, until: frozenset[Event]) -> boo
 
 
 def _closes(trail: Trail, new: PathPoint) -> bool:
-    """Whether a curve has come back to the motion that it began with."""
+    """Whether the step to a new point passes the motion that the trail began with."""
     last, first = trail.points[-1], trail.points[0]
     way, back = new.x - last.x, first.x - last.x
-    # The first steps are next to the beginning as well, on their way out.
+    # The first steps of a trail are near its beginning as well.
     if len(trail.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
         return False
     share = float(way @ back) / float(way @ way)
@@ -480,19 +543,19 @@ def _closes(trail: Trail, new: PathPoint) -> bool:
 
 
 class Curve(Path, frozen=True, eq=False, dict=True):
-    """The motions of one word as a curve, between two values of what varies.
+    """The motions of one word as a path, between two values of the number that varies, the coordinate.
 
     Attributes
     ----------
     word : Word
     model : Variation
-        How the groups depend on what varies.
+        How the groups depend on the coordinate.
     low, high : float
-        Range of what varies, the coordinate.
+        Range of the coordinate.
     width : float
-        What the coordinate is measured by: the range of a sweep, or as much of it as has motions on both membranes.
+        Scale of the coordinate in the arclength: its range, or the part of it that has motions on both membranes.
     passed : tuple of Condition
-        What is looked for that motions pass through.
+        Conditions looked for at which motions continue beyond the event.
     """
 
     model: Variation
@@ -505,14 +568,14 @@ class Curve(Path, frozen=True, eq=False, dict=True):
 
     @classmethod
     def along_sweep(cls, word: Word, model: Model, low: float, high: float) -> Self:
-        """The motions of one word along a range of the coordinate."""
-        # Of a sweep over six decades of frequency d has twelve, and all motions on both membranes are in one or two of
+        """The curve of the motions of one word over a range of the sweep's coordinate."""
+        # In a sweep over six decades of frequency d has twelve, and all motions on both membranes are in one or two of
         # them: measured by the whole range, a step of 1e-9 went past them, and events were placed anywhere.
         return cls(word, model, low, high, min(high - low, model.reach(word.periods)))
 
     @cached_property
     def scale(self) -> Floats:
-        """The width of the coordinate, and 1 of velocities and times."""
+        """1 for velocities and times, and the width for the coordinate, (2N + 1,)."""
         return np.append(np.ones(2 * len(self.word)), self.width)
 
     def groups(self, x: Floats) -> Groups[float]:
@@ -540,7 +603,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return values, matrix
 
     def at(self, guess: Floats, coordinate: float) -> Floats | None:
-        """The motion at a value of the coordinate next to a guess."""
+        """The motion next to a guess at a value of the coordinate; None if corrections do not settle."""
         x = guess.copy()
         x[-1] = coordinate
         return self.solved(x, np.eye(len(x))[-1])
@@ -557,12 +620,16 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return STABILITIES[int(classify(self.trace(x), self.decay(x)))]
 
     def margins(self, x: Floats) -> list[float]:
-        """What is positive of a motion within the sweep: both distances to its ends, velocities, gaps to the walls."""
+        """Distances to both ends of the range, velocities towards the walls, and gaps to these: positive for a motion.
+
+        With friction, the speeds onward in the flights in the place of the gaps.
+        """
         # In the units of the arclength, so that a margin and a step can be compared, see `strain`.
         share, groups = (float(x[-1]) - self.low) / self.width, self.groups(x)
         rest = (self.high - self.low) / self.width - share
         if groups.friction is not None:
-            # Friction moves a ball that stops otherwise: it is on another way before it can come to a wall.
+            # A ball that stopped in flight would have its friction reversed: it leaves the path of the equations before
+            # it can come to a wall.
             row, count = x.tolist(), len(self.word)
             places = slow_places(self.word, row[:count], row[count : 2 * count], groups)
             return [share, rest, *self._speeds(x), *(place.speed for place in places)]
@@ -570,10 +637,10 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return [share, rest, *self._speeds(x), *self._leaving(x, groups), *gaps]
 
     def _leaving(self, x: Floats, groups: Groups[float]) -> list[float]:
-        """How fast a ball without restitution leaves its impacts: by the acceleration there, away from the membrane.
+        """Accelerations away from the membrane at the impacts of a ball without restitution; none with restitution.
 
-        Where that presses it to the membrane it rests, which is no motion of the word. The distance by which the
-        solution then passes through the membrane would not tell: it grows with the cube of the acceleration.
+        If one is negative the ball rests on the membrane, which is no motion of the word. The gap would not show that:
+        the distance by which the solution passes through the membrane grows with the cube of the acceleration.
         """
         if all(r > 0 for r in stated(groups.restitution)):
             return []
@@ -586,46 +653,53 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         ]
 
     def _speeds(self, x: Floats) -> list[float]:
-        """Velocities before the impacts, towards their walls: positive of a motion."""
+        """Velocities before the impacts, towards their walls: positive for a motion."""
         return [v * wall for v, wall in zip(x.tolist(), self.word.walls, strict=False)]
 
     def _straight(self, x: Floats) -> bool:
-        """Whether the curve is a straight line, on which nothing but the room changes, far beyond all other motions."""
+        """Whether the curve is a straight line at x: one membrane alone is struck, and only d changes."""
         wide = self.high - self.low > self.width
         return wide and self.word.one_sided and not self.model.slopes((float(x[-1]),))[1:].any()
 
     def reach(self, point: PathPoint) -> float:
-        """Longest step; along a straight line any."""
+        """Longest step from a point; infinite on a straight line."""
         return inf if self._straight(point.x) else super().reach(point)
 
     def strain(self, arc: Arc) -> float:
-        """How long a step is as against the longest in which nothing can be missed: on a straight line, nothing can."""
+        """Length of a step over the longest in which no event can be missed; 0 on a straight line."""
         return 0.0 if self._straight(arc.end.x) else super().strain(arc)
 
     def steepness(self, arc: Arc) -> float:
-        """How much the trace changes within a step, as a share of the most for no event to be missed.
+        """Change of the trace's angle within a step, over the most at which no event can be missed.
 
-        Where a velocity goes through zero the trace has a pole: the step must be near it, or the last step short.
+        Where a velocity goes through zero the trace has a pole: infinite unless the step begins near the pole, or is
+        so short that it may be the last.
         """
         if min(self._speeds(arc.end.x)) < AT_ZERO:
             return 0.0 if arc.length < LAST_STEP or self._near_pole(arc.start) else inf
         return abs(self._angle(arc.end) - self._angle(arc.start)) / STEEPEST
 
     def _angle(self, point: PathPoint) -> float:
-        """What stands for the trace: its size at the borders of stability is pi/4, at a pole pi/2."""
-        # The trace goes to infinity where a velocity vanishes; its angle is bounded and smooth up to there.
+        """arctan(tr/(1 + det)) [rad]: +-pi/4 at the borders of stability, +-pi/2 at a pole of the trace."""
+        # The trace goes to infinity where a velocity vanishes; its angle is bounded and smooth up to that motion.
         return atan(point.trace / TRACE_LEVELS[Event.FOLD](point.decay))
 
     def _near_pole(self, point: PathPoint) -> bool:
-        """Whether the trace is so large that nothing happens between the point and an impact of velocity zero."""
+        """Whether the trace is so large that no event is between the point and an impact of velocity zero."""
         return pi / 2 - abs(self._angle(point)) < STEEPEST
 
     def leaves(self, x: Floats, first: PathPoint) -> bool:
-        """Whether nothing happens between a point from which the curve begins and a motion next to it."""
+        """Whether no event can be between the unknowns `x` at which the curve begins and its first motion."""
         return not (x[: len(self.word)] == 0).any() or self._near_pole(first)
 
     def end_within(self, arc: Arc) -> tuple[Event, PathPoint]:
-        """Which of the margins becomes zero first within a step, and the motion there. Raises as `located`."""
+        """The event at which the first of the margins becomes zero within a step, and the motion there.
+
+        Raises
+        ------
+        NumericalError
+            As `located`.
+        """
         ends = ((-1, self.low, 1), (-1, self.high, -1))
         bounds = [*ends, *((i, 0.0, wall) for i, wall in enumerate(self.word.walls))]
         x = arc.end.x.tolist()
@@ -640,18 +714,24 @@ class Curve(Path, frozen=True, eq=False, dict=True):
             return Event.STOP, self.located(arc, lambda point: point.margin)[1]
         if not self._straight(arc.end.x):
             return Event.GRAZING, self.located(arc, lambda point: point.margin)[1]
-        # Of many decades, the least of all margins is flat, as small as a velocity, up to where a gap falls: only those
-        # that fall say where.
+        # Over many decades the least of all margins is flat, as small as a velocity, up to where a gap falls: the zero
+        # is looked for in those margins alone that are zero or less at the end.
         falling = np.flatnonzero(np.asarray(self.margins(arc.end.x)) <= 0)
 
         def least(point: PathPoint) -> float:
             return float(np.asarray(self.margins(point.x))[falling].min())
 
-        # To the last digit: what is nothing to so long a step may be much to a gap.
+        # To the last digit: a share of so long a step that is negligible may be much for a gap.
         return Event.GRAZING, self.located(arc, least, float_info.epsilon)[1]
 
     def happenings(self, arc: Arc) -> tuple[list[tuple[PathPoint, Event | None]], bool]:
-        """What happens within a step, in order, and whether the last of it ends the family. Raises as `located`."""
+        """The events within a step, in order, and whether the last of them ends the family.
+
+        Raises
+        ------
+        NumericalError
+            As `located`.
+        """
         beyond = self._beyond_a_border(arc)
         if beyond is not None:
             first, over = self.happenings(Arc(arc.start, beyond))
@@ -659,47 +739,47 @@ class Curve(Path, frozen=True, eq=False, dict=True):
             return [*first, *second], ends
         events: list[tuple[float, PathPoint, Event | None]] = []
 
-        def pass_through(value: Callable[[PathPoint], float]) -> bool:
+        def changes_sign(value: Callable[[PathPoint], float]) -> bool:
             return value(arc.start) * value(arc.end) < 0
 
         for condition in self._passed(arc):
-            if pass_through(self._excess(condition)):
+            if changes_sign(self._excess(condition)):
                 events.append((*self.located(arc, self._excess(condition)), condition.event))
         # A multiplier is 1 where the curve turns in what varies, and where another curve crosses it: at both the
         # derivatives by velocities and times are singular. Which of them it is, the direction of the curve tells.
         meeting = self._excess(MEETING)
-        over, meets = False, pass_through(meeting)
+        over, meets = False, changes_sign(meeting)
         # The swept parameter turns: a fold, where the trace crosses its level too. Where it does not, the trace has
         # only touched it, as that of a family which goes back as its own image does.
-        if pass_through(_along):
-            where = self.located(arc, meeting if meets else _along)
-            image = None if meets else _turned_back(self, where[1].x)
+        if changes_sign(_sweep_rate):
+            size, turning = self.located(arc, meeting if meets else _sweep_rate)
+            image = None if meets else _turned_back(self, turning.x)
             over = image is not None
-            events = [event for event in events if not over or event[0] < where[0]]
+            events = [event for event in events if not over or event[0] < size]
             if meets or over:
-                events.append((*where, image or Event.FOLD))
-        # The trace crosses and the parameter does not turn: two asymmetric families leave the symmetric one here.
+                events.append((size, turning, image or Event.FOLD))
+        # The trace crosses and the parameter does not turn: two asymmetric families leave the symmetric one.
         elif meets:
-            where = self.located(arc, meeting)
-            if _is_symmetric(self, where[1].x):
-                events.append((*where, Event.PITCHFORK))
+            size, fork = self.located(arc, meeting)
+            if _is_symmetric(self, fork.x):
+                events.append((size, fork, Event.PITCHFORK))
         return [(motion, event) for _, motion, event in sorted(events, key=itemgetter(0))], over
 
     def _passed(self, arc: Arc) -> tuple[Condition, ...]:
-        """What is looked for within a step: without restitution one multiplier is zero, and no type of node changes."""
+        """Conditions looked for within a step: of node and focus not if r = 0, where one multiplier is always zero."""
         if arc.start.decay:
             return self.passed
         return tuple(condition for condition in self.passed if condition.event is not Event.NODE_FOCUS)
 
     def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
-        """How far the trace of a motion is above that of a condition."""
+        """The function of a motion that is its trace less that at a condition."""
         return lambda point: float(condition.excess(point.trace, point.decay))
 
     def _beyond_a_border(self, arc: Arc) -> PathPoint | None:
-        """A motion within a step at which the trace has crossed a border to which it comes back, if there is one.
+        """A motion within a step at which the trace is beyond a border that it crosses twice; None if there is none.
 
-        It is looked for where the parabola through both ends and the middle of the step comes near a border: the trace
-        turns little within a step.
+        It is looked for where the parabola through both ends and the middle of the step comes near a border: within a
+        step the trace bends little.
         """
         for condition in (*self._passed(arc), MEETING):
             excess = self._excess(condition)
@@ -715,33 +795,32 @@ class Curve(Path, frozen=True, eq=False, dict=True):
             if not 0 < share < 1 or lowest * copysign(1, start) > DOUBTFUL * min(abs(start), abs(end)):
                 continue
             deepest = self._deepest(arc, condition, copysign(1, start), share)
-            # Asymmetric motions touch the border in the symmetric one between them, where rounding may say anything.
+            # Asymmetric motions touch the border at the symmetric motion between them, where the sign is rounding.
             touches = _is_symmetric(self, deepest.x) and not _is_symmetric(self, arc.start.x)
             if copysign(1, start) * excess(deepest) < -CROSSED and not touches:
                 return deepest
         return None
 
     def _deepest(self, arc: Arc, condition: Condition, side: float, share: float) -> PathPoint:
-        """The motion around a share of a step at which the trace, on one side of a border, is nearest to it."""
+        """The motion near a share of a step whose trace is nearest to a border, or farthest beyond it.
+
+        Parameters
+        ----------
+        arc : Arc
+        condition : Condition
+            Whose trace is the border.
+        side : float
+            The side of it on which the ends of the step are, 1 or -1.
+        share : float
+        """
         excess = self._excess(condition)
         low, high = (share - SEARCHED) * arc.length, (share + SEARCHED) * arc.length
-        first, second = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        values = [side * excess(self.neighbour(arc, size)) for size in (first, second)]
-        for _ in range(SECTIONS):
-            # The golden section keeps one of the two in the part that is left, where it is the other one.
-            if values[0] < values[1]:
-                high, second = second, first
-                first = high - GOLDEN * (high - low)
-                values = [side * excess(self.neighbour(arc, first)), values[0]]
-            else:
-                low, first = first, second
-                second = low + GOLDEN * (high - low)
-                values = [values[1], side * excess(self.neighbour(arc, second))]
-        return self.neighbour(arc, (low + high) / 2)
+        size = golden_section(lambda size: side * excess(self.neighbour(arc, size)), low, high, SECTIONS)
+        return self.neighbour(arc, size)
 
 
-def _along(point: PathPoint) -> float:
-    """How fast the swept parameter changes along the curve."""
+def _sweep_rate(point: PathPoint) -> float:
+    """Derivative of the coordinate by the arclength."""
     return float(point.tangent[-1])
 
 
@@ -752,7 +831,7 @@ def _is_symmetric(curve: Curve, x: Floats, within: float = IMAGE) -> bool:
 
 
 def _turned_back(curve: Curve, x: Floats) -> Event | None:
-    """The event where a family goes back as its image, at two periods of another motion or a symmetric one; or None."""
+    """The event at which a family goes back as its own image: a period doubling or a pitchfork of others; else None."""
     motion = curve.motion(x)
     if 2 * len(motion.primitive().word) == len(motion.word):
         return Event.PERIOD_DOUBLING

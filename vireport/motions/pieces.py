@@ -1,4 +1,4 @@
-"""What happens along the level curve of a sweep: its pieces inside the sweep, with the events on them.
+"""Pieces of the level curve inside a sweep, with the events on them.
 
 A strand is cut where it leaves the sweep or an impact velocity vanishes; on what is left, the parameters are located at
 which the ball grazes a membrane or the type of stability changes. Of two mirror images of a horizontal capsule the
@@ -61,12 +61,15 @@ class Piece(Struct, frozen=True, eq=False):
     Attributes
     ----------
     strand : int
-    symmetric, mirrored : bool
-        Whether its motions are their own mirror images, or have others.
+        Number of the strand that it is part of.
+    symmetric : bool
+        Whether its motions are their own mirror images.
+    mirrored : bool
+        Whether they have mirror images that are other motions.
     w : ndarray
-        Parameters, ascending; events are among them.
+        Parameters on the strand, ascending; those of events are among them.
     event : ndarray of int
-        Of each parameter the place in `COLUMNS`, -1 for an ordinary sample.
+        Column of `COLUMNS` whose condition holds at each parameter; -1 at an ordinary sample.
     """
 
     strand: int
@@ -77,11 +80,11 @@ class Piece(Struct, frozen=True, eq=False):
 
     @property
     def conditions(self) -> dict[int, Condition]:
-        """The conditions that hold at rows of the piece."""
+        """The conditions of the events on the piece, by their rows."""
         return {int(row): COLUMNS[self.event[row]] for row in np.flatnonzero(self.event >= 0)}
 
     def with_rows(self, w: Floats, event: NDArray[np.int8]) -> Piece:
-        """The piece with more rows, in their order."""
+        """The piece with further rows put in by their parameter."""
         merged = np.concatenate([self.w, w])
         order = np.argsort(merged, kind="stable")
         return replace(self, w=merged[order], event=np.concatenate([self.event, event])[order])
@@ -93,24 +96,31 @@ def pieces_of(curve: LevelCurve, samples: Samples) -> list[Piece]:
     runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
     if not runs:
         return []
-    pieces = []
-    for run, (first, last) in zip(runs, _locate_ends(curve, runs), strict=True):
-        lead, tail = ([] if run.before is None else [first]), ([] if run.after is None else [last])
-        inner = run.w
-        for end, kind in lead:
-            inner = _off_rest(curve, run.strand, inner, end, kind)
-        for end, kind in tail:
-            inner = _off_rest(curve, run.strand, inner[::-1], end, kind)[::-1]
-        w = np.concatenate([[end for end, _ in lead], inner, [end for end, _ in tail]])
-        event = np.array([*(kind for _, kind in lead), *[-1] * len(inner), *(kind for _, kind in tail)], dtype=np.int8)
-        symmetric = curve.strands[run.strand].symmetric
-        pieces.append(Piece(run.strand, symmetric, curve.plane.mirrors and not symmetric, w, event))
+    pieces = [_piece(curve, run, ends) for run, ends in zip(runs, _located_ends(curve, runs), strict=True)]
     originals = _originals(curve, pieces)
     return _with_inner_events(curve, _with_dips(curve, originals)) if originals else []
 
 
+def _piece(curve: LevelCurve, run: Run, ends: tuple[RunEnd, RunEnd]) -> Piece:
+    """The piece of a run between its located ends, without the events inside."""
+    first, last = ends
+    inner = run.w
+    if run.before is not None:
+        inner = _off_rest(curve, run.strand, inner, first)
+    if run.after is not None:
+        inner = _off_rest(curve, run.strand, inner[::-1], last)[::-1]
+    w, event = inner, np.full(len(inner), -1, dtype=np.int8)
+    # Where the strand itself ends, nothing happens: the piece ends at its last sample.
+    if run.before is not None:
+        w, event = np.append(first.w, w), np.append(np.int8(first.column), event)
+    if run.after is not None:
+        w, event = np.append(w, last.w), np.append(event, np.int8(last.column))
+    symmetric = curve.strands[run.strand].symmetric
+    return Piece(run.strand, symmetric, curve.plane.mirrors and not symmetric, w, event)
+
+
 class Run(Struct, frozen=True, eq=False):
-    """Valid samples of a strand, and the invalid parameter on either side (None where the strand ends)."""
+    """Consecutive valid samples of a strand, and the invalid parameter on either side (None where the strand ends)."""
 
     strand: int
     w: Floats
@@ -119,13 +129,14 @@ class Run(Struct, frozen=True, eq=False):
 
 
 def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
-    """The runs of strand k, cut where it passes through the symmetric motion."""
+    """Find the runs of valid samples on strand k, cut where it passes through the symmetric motion."""
     strand = curve.strands[k]
-    mine = samples.which == k
-    w, valid = samples.w[mine], samples.validity[mine] > 0
+    on_strand = samples.which == k
+    w, valid = samples.w[on_strand], samples.validity[on_strand] > 0
     cuts = _symmetric_points(curve, k)
     if strand.closed and valid[0] and not valid.all():
-        # Of a closed strand the parameter begins anywhere, also inside a run, which would then be two.
+        # The parameter of a closed strand begins anywhere, even inside a run, which would then be two: it is made to
+        # begin at an invalid sample.
         turn = strand.end - strand.start
         first = int(np.argmin(valid))
         w = np.concatenate([w[first:-1], w[: first + 1] + turn])
@@ -134,7 +145,8 @@ def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
     edges = np.nonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))[0]
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         run, before, after = w[a:b], w[a - 1] if a else None, w[b] if b < len(w) else None
-        # Of a sweep that ends next to the pitchfork the symmetric motion may be the only sample, or lie between two.
+        # Where the sweep ends next to a pitchfork, the symmetric motion may be the only sample of a run, or lie between
+        # its last sample and the invalid one.
         low, high = run[0] if before is None else before, run[-1] if after is None else after
         inner = [cut for cut in cuts if low < cut < high]
         ends = [before, *[None] * (2 * len(inner)), after]
@@ -145,7 +157,7 @@ def _runs(curve: LevelCurve, samples: Samples, k: int) -> Iterator[Run]:
 
 
 def _symmetric_points(curve: LevelCurve, k: int) -> list[float]:
-    """Parameters at which a strand of a horizontal capsule passes through a symmetric motion of the sweep."""
+    """Parameters at which an asymmetric strand passes through a symmetric motion of the sweep (a pitchfork)."""
     strand = curve.strands[k]
     if not curve.plane.mirrors or strand.symmetric or not (cuts := strand.crossings()):
         return []
@@ -153,12 +165,15 @@ def _symmetric_points(curve: LevelCurve, k: int) -> list[float]:
     return [cut for cut, valid in zip(cuts, values.min(axis=1) > 0, strict=True) if valid]
 
 
-Ends = tuple[tuple[float, int], tuple[float, int]]
-"""The parameter at which a run begins and ends, and the place in `COLUMNS` of what holds there."""
+class RunEnd(NamedTuple):
+    """The parameter at which a run ends, and the column of `COLUMNS` whose condition holds there."""
+
+    w: float
+    column: int
 
 
-def _locate_ends(curve: LevelCurve, runs: list[Run]) -> list[Ends]:
-    """Locate the ends of runs of admissible motions, and the condition that fails at each."""
+def _located_ends(curve: LevelCurve, runs: list[Run]) -> list[tuple[RunEnd, RunEnd]]:
+    """Both ends of each run, between its outermost valid samples and the invalid ones beyond them."""
     edges = [(run.strand, w, beyond) for run in runs for w, beyond in ((run.w[0], run.before), (run.w[-1], run.after))]
     which = np.array([strand for strand, _, _ in edges], dtype=np.intp)
     good = np.array([w for _, w, _ in edges])
@@ -173,26 +188,41 @@ def _locate_ends(curve: LevelCurve, runs: list[Run]) -> list[Ends]:
     # Where both velocities vanish at once, rounding decides which is the lesser: a step further on they differ.
     tied = values <= values.min(axis=1, keepdims=True) + TIED
     failing = np.where(tied, conditions(bad), np.inf).argmin(axis=1)
-    ends = [(float(w), int(k) + VALIDITY.start) for w, k in zip(root, failing, strict=True)]
+    ends = [RunEnd(float(w), int(k) + VALIDITY.start) for w, k in zip(root, failing, strict=True)]
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def _off_rest(curve: LevelCurve, strand: int, w: Floats, end: float, kind: int) -> Floats:
-    """Samples from an end on, without a first one that is as good as the end, and beyond a membrane by rounding.
+def _off_rest(curve: LevelCurve, strand: int, w: Floats, end: RunEnd) -> Floats:
+    """Samples in order from an end of a run, the first one left out if only rounding puts it beyond a membrane.
 
-    So it may be where both impacts lose their velocity, and all turning points are touches.
+    That may be next to a motion at which both impacts lose their velocity, where all turning points are touches.
     """
-    if COLUMNS[kind].event is Event.ZERO_VELOCITY and len(w) > 1 and abs(w[0] - end) < INSET * abs(w[1] - w[0]):
+    at_rest = COLUMNS[end.column].event is Event.ZERO_VELOCITY
+    if at_rest and len(w) > 1 and abs(w[0] - end.w) < INSET * abs(w[1] - w[0]):
         orbit = curve.at(strand, w[:1])
         return w if _gaps(curve, orbit, curve.event_values(orbit))[0] > 0 else w[1:]
     return w
 
 
 def _gaps(curve: LevelCurve, orbit: Orbits, values: Floats, wanted: NDArray[np.bool_] | bool = True) -> Floats:
-    """Distance of a turning point to a membrane, which is zero at grazing, of motions with these event values.
+    """Least distance of a turning point to a membrane, zero at grazing; with friction, the least speed onward.
 
-    With friction, the least speed onward: a ball that turns in a flight is on another way before it can graze. NaN
-    outside a mask, and where there can be no motion.
+    Friction changes its sign in a ball that turns within a flight, which is then on another path before it can graze:
+    it is the speed that must not become zero.
+
+    Parameters
+    ----------
+    curve : LevelCurve
+    orbit : Orbits
+    values : ndarray (len, columns)
+        `LevelCurve.event_values` of these motions.
+    wanted : ndarray of bool
+        Motions to evaluate.
+
+    Returns
+    -------
+    ndarray
+        NaN for motions that are not wanted, and where there can be no motion.
     """
     gaps = np.full(len(values), np.nan)
     inside = (values[:, VALIDITY].min(axis=1) > 0) & wanted
@@ -204,7 +234,7 @@ def _gaps(curve: LevelCurve, orbit: Orbits, values: Floats, wanted: NDArray[np.b
 
 
 def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
-    """The pieces without those that are the mirror images of others: of each pair the one with the larger q is left."""
+    """The pieces without mirror images: of two that are images of each other, the one with the larger q."""
     if not curve.plane.mirrors:
         return pieces
     # Pieces end at the symmetric motion, so that u has one sign on each: its middle tells which.
@@ -214,7 +244,7 @@ def _originals(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
 
 
 class PieceSamples(NamedTuple):
-    """Samples of all pieces, one piece after another: the strand, the piece and the parameter of each."""
+    """Samples of several pieces, one piece after another: strand, number of the piece, and parameter of each."""
 
     which: Ints
     owner: Ints
@@ -222,7 +252,7 @@ class PieceSamples(NamedTuple):
 
 
 def _joined(pieces: list[Piece]) -> PieceSamples:
-    """The samples of some pieces, their ends moved inwards by `INSET`."""
+    """The samples of all pieces as one sequence, with the ends of each piece moved inwards by `INSET`."""
 
     def inside(w: Floats) -> Floats:
         moved = w.copy()
@@ -237,8 +267,9 @@ def _joined(pieces: list[Piece]) -> PieceSamples:
 
 
 def _with_dips(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
-    """Add to the pieces the extrema at which the trace crosses a border between two samples and comes back."""
-    # Without this, two period doublings between which a family is unstable for less than a step are both missed.
+    """Add samples at extrema where the trace crosses a border of stability between two samples and comes back."""
+    # Without this, two period doublings between which a family is unstable for less than a step are both missed; a
+    # finer grid would only make that rarer.
     which, owner, w = _joined(pieces)
     value = curve.event_values(curve.at(which, w))[:, TRACED]
     with np.errstate(invalid="ignore"):
@@ -261,12 +292,13 @@ def _with_dips(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
 
 def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
     """Insert the changes of stability and the grazing points into the pieces."""
-    which, owner, w = samples = _joined(pieces)
+    samples = _joined(pieces)
+    which, owner, w = samples
     orbit = curve.at(which, w)
-    every = curve.event_values(orbit)
-    values = every[:, : GRAZING + 1]
+    all_values = curve.event_values(orbit)
+    values = all_values[:, : GRAZING + 1]
     moved = _off_symmetry(curve, samples, orbit.u, values)
-    values[:, GRAZING] = _gaps(curve, orbit, every)
+    values[:, GRAZING] = _gaps(curve, orbit, all_values)
     with np.errstate(invalid="ignore"):
         crossing = (values[1:] > 0) != (values[:-1] > 0)
     crossing &= ~np.isnan(values[1:]) & ~np.isnan(values[:-1]) & (owner[1:] == owner[:-1])[:, None]
@@ -281,7 +313,8 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
         values[:, GRAZING] = _gaps(curve, orbit, values, grazing)
         return np.asarray(values[rows, event])
 
-    # Rough is enough: each of them is solved for in decimals from there.
+    # Rough is enough: `points` solves for each of them in decimals from there. The brackets of meetings begin where
+    # `_off_symmetry` took their values: elsewhere the function need not have the signs that made it a crossing.
     start, end = (np.where(event == MEETING, moved[side], w[side]) for side in (row, row + 1))
     root = bracketed_root(event_value, start, end, ROUGH, (values[row, event], values[row + 1, event]))
     owners = [owner[row] == i for i in range(len(pieces))]
@@ -292,10 +325,15 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
 
 
 def _off_symmetry(curve: LevelCurve, samples: PieceSamples, u: Floats, values: Floats) -> Floats:
-    """Put the values of meetings that rounding decides in order; returns the parameters that they belong to.
+    """Replace, in place, values of tr - 1 - r^4 that only rounding decides next to the symmetric motion.
 
-    On the symmetric motion an asymmetric branch touches tr = 1 + r^4 without crossing. Next to it the value is that a
-    little farther on, or none if that is still too near.
+    An asymmetric branch touches tr = 1 + r^4 on the symmetric motion without crossing it. Its value there becomes that
+    of a motion a little farther on the branch; NaN if that is still too near.
+
+    Returns
+    -------
+    ndarray
+        The parameters that the values belong to.
     """
     which, owner, w = samples
     moved = w.copy()

@@ -23,7 +23,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.motions.orbits import Friction, Orbits, coefficients, of_order, orbits, rubbing, turned
+from vireport.motions.orbits import Dynamics, Friction, Orbits, coefficients, of_order, orbits_of, rubbing, turned
 from vireport.motions.sweep import EDGE
 from vireport.physics.forcing import SINE, Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
@@ -399,9 +399,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
     def _at(self, which: Ints, u: Any, phi: Any) -> Orbits:
         """The motions at places, with the membranes and the friction of design points."""
         friction = None if self.friction is None else Friction(self.friction[which])
-        return orbits(
-            u, phi, map_restitution(self.r, itemgetter(which)), self.n, harmonics=self.harmonics, friction=friction
-        )
+        return orbits_of(Dynamics(map_restitution(self.r, itemgetter(which)), self.n, self.harmonics, friction), u, phi)
 
     def _once(self, places: Places) -> Places:
         """Zeros without repetition: one on the border of cells comes from each of them."""

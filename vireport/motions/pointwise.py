@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.level_curve import largest_groups
-from vireport.motions.orbits import Friction, Orbits, coefficients, orbits
-from vireport.motions.roots import cubic_root, secant_root
+from vireport.motions.orbits import Dynamics, Friction, Orbits, coefficients, orbits, orbits_of
+from vireport.motions.roots import Guesses, cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
@@ -219,8 +219,8 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, groups: Groups[Any], n: int) 
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
     rubbed = None if friction is None else Friction(np.broadcast_to(friction, d.shape)[cell])
-    orbit = orbits(
-        u[order], phi[order], map_restitution(r, itemgetter(cell)), n, harmonics=groups.same_harmonics, friction=rubbed
+    orbit = orbits_of(
+        Dynamics(map_restitution(r, itemgetter(cell)), n, groups.same_harmonics, rubbed), u[order], phi[order]
     )
     # G knows squares only: what it finds may strike the membranes from behind.
     right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
@@ -466,8 +466,8 @@ def _zeros(points: Points) -> tuple[Ints, Floats, Floats]:
         phi[which] = np.arctan2(sign * sine, sign * cosine)
         return np.asarray(f)
 
-    start, chord = b.low + share * width, (slope / width, b.low, b.value_low)
-    u = secant_root(value, (b.low, b.high), start, b.value_high > 0, chord, LAST_STEP)
+    guesses = Guesses(b.low, b.high, b.value_low, b.value_high > 0, b.low + share * width, slope / width)
+    u = secant_root(value, guesses, LAST_STEP)
     return b.which, u, phi
 
 
@@ -537,12 +537,12 @@ def _split(points: Points, b: Brackets) -> list[Brackets]:
     value = b.value_low + x * (c1 + x * (c2 + x * c3))
     near = np.sign(b.value_low) * value < DOUBTFUL * np.maximum(np.abs(b.value_low), np.abs(b.value_high))
     b, u = b.select(near), (b.low + x * (b.high - b.low))[near]
-    chord = ((b.slope_high - b.slope_low) / (b.high - b.low), b.low, b.slope_low)
+    bend = (b.slope_high - b.slope_low) / (b.high - b.low)
 
     def slope(u: Floats, which: Ints) -> Floats:
         return points.value_and_slope(b.which[which], u)[1]
 
-    u = secant_root(slope, (b.low, b.high), u, b.slope_high > 0, chord, FLAT)
+    u = secant_root(slope, Guesses(b.low, b.high, b.slope_low, b.slope_high > 0, u, bend), FLAT)
     value = points.value(b.which, u)[0]
     across = (value > 0) != (b.value_low > 0)
     b, u, value = b.select(across), u[across], value[across]

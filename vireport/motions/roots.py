@@ -1,11 +1,19 @@
-"""Roots and extrema of functions of one variable, for arrays of brackets at once.
+"""Roots and extrema of functions of one variable, for arrays of brackets at once and for one.
 
-Every root here has a bracket that is never left, so that none is lost and none comes twice.
+Every root has a bracket that is never left, so that none is lost and none comes twice. Which search when:
+
+- `bracketed_root`: only values are known; to the last bit.
+- `newton_root`: the derivative costs next to nothing.
+- `secant_root`: a good guess and slope are known, as of a cubic through values and slopes (`cubic_root`).
+- `path_root`: one bracket in Python's numbers, where an evaluation solves for a motion.
+- `golden_minimum`, `golden_section`: extrema. `may_hide_zeros` says where one may hide two zeros.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from sys import float_info
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +41,9 @@ MOST_SECANT_STEPS = 80
 
 FREE_STEPS = 8
 """Secant steps, of which four are usual, before every fourth step is a bisection."""
+
+MOST_PATH_SECANTS, FREE_PATH_SECANTS = 60, 7
+"""The same two numbers for `path_root`."""
 
 CUBIC_STEPS = 7
 """Newton steps on a cubic, whose zero only has to be a good start."""
@@ -73,7 +84,8 @@ def bracketed_root(
     if not low.size:
         return low
     f_low, f_high = values or (function(low), function(high))
-    # The newest argument, the other end of the bracket, and the argument that was left behind.
+    # The newest argument, the other end of the bracket, and the argument that was left behind. The signs at `new` and
+    # `other` always differ: the zero stays between them.
     (new, f_new), (other, f_other), part = (low, f_low), (high, f_high), np.full(low.shape, 0.5)
     for _ in range(MOST_HALVINGS):
         x = new + part * (other - new)
@@ -109,7 +121,7 @@ def newton_root(
     Parameters
     ----------
     function : callable
-        Takes arguments and the indices of the brackets they belong to, and returns values and derivatives.
+        Takes arguments and the numbers of the brackets they belong to, and returns values and derivatives.
     low, high : ndarray
         Lower and upper ends of the brackets.
     rising : ndarray of bool
@@ -139,39 +151,49 @@ def newton_root(
     return root
 
 
-def secant_root(
-    function: Callable[[Floats, Ints], Floats],
-    bracket: tuple[Floats, Floats],
-    start: Floats,
-    rising: NDArray[np.bool_],
-    chord: tuple[Floats, Floats, Floats],
-    tolerance: float,
-) -> Floats:
-    """Zeros from a guess, by secant steps and by bisections where one would leave the bracket; many at once.
+class Guesses(NamedTuple):
+    """Where searches for zeros begin, as arrays over the brackets.
+
+    Attributes
+    ----------
+    low, high : ndarray
+        Ends of each bracket.
+    value_low : ndarray
+        The function at the lower end.
+    rising : ndarray of bool
+        Whether it is positive at the upper end.
+    start, slope : ndarray
+        A guess at the zero inside the bracket, and at the slope there.
+    """
+
+    low: Floats
+    high: Floats
+    value_low: Floats
+    rising: NDArray[np.bool_]
+    start: Floats
+    slope: Floats
+
+
+def secant_root(function: Callable[[Floats, Ints], Floats], guesses: Guesses, tolerance: float) -> Floats:
+    """Zeros from guesses, by secant steps and by bisections where one would leave the bracket; many at once.
 
     Parameters
     ----------
     function : callable
-        Takes arguments and the indices of the brackets they belong to. A root is the last argument that it was called
-        with for its bracket.
-    bracket : tuple of ndarray
-        Lower and upper ends.
-    start : ndarray
-        Inside the bracket, where the search begins.
-    rising : ndarray of bool
-        Whether the function is positive at the upper end.
-    chord : tuple of ndarray
-        Slope with which the first step is made, and another argument with its value.
+        Takes arguments and the numbers of the brackets they belong to. A root is the last argument that it was called
+        with for its bracket, so that the caller may keep what else it computes.
+    guesses : Guesses
     tolerance : float
         Step at which a search ends, relative to the zero.
     """
-    (low, high), x, (slope, before, f_before) = bracket, start, chord
+    low, high, f_before, rising, x, slope = guesses
+    before = low
     root, active = x.copy(), np.arange(len(x))
     for step in range(MOST_SECANT_STEPS):
         if not active.size:
             break
         f = function(x, active)
-        # The first slope is the caller's, of a cubic or chord; from then on it is that of the last two values.
+        # The first slope is that of the guess; from then on it is that of the last two values.
         if step:
             moved, risen = x - before, f - f_before
             fit = (moved != 0) & (risen != 0)
@@ -188,8 +210,61 @@ def secant_root(
     return root
 
 
+class Crossing(NamedTuple):
+    """A zero of a function, or a guess at one, and the slope of the function there."""
+
+    at: float
+    slope: float
+
+
+def path_root(
+    function: Callable[[float], float], end: float, rises: bool, guess: Crossing, tolerance: float
+) -> Crossing:
+    """The zero of a function between 0 and `end`, by secants from a guess, for one bracket in Python's numbers.
+
+    A bisection replaces a secant that would leave the bracket, and some others.
+
+    Parameters
+    ----------
+    function : callable
+    end : float
+        Of either sign.
+    rises : bool
+        Whether the function is positive at the end, and not positive at 0.
+    guess : Crossing
+    tolerance : float
+        Correction that ends the search, as a share of `end`.
+
+    Returns
+    -------
+    Crossing
+        At an argument for which the function has been evaluated.
+    """
+    # One bracket in Python's numbers: arrays of one number take thirty times as long, some 300 times in an atlas.
+    low, high, (new, slope) = 0.0, end, guess
+    x, before = new, None
+    for count in range(MOST_PATH_SECANTS):
+        x = new
+        value = function(x)
+        low, high = (low, x) if (value > 0) == rises else (x, high)
+        if before is not None and value != before[1]:
+            slope = (value - before[1]) / (x - before[0])
+        new, before = x - value / slope, (x, value)
+        if not min(low, high) <= new <= max(low, high) or (count % 4 == 3 and count >= FREE_PATH_SECANTS):
+            new = (low + high) / 2
+        if abs(new - x) <= tolerance * abs(end):
+            return Crossing(x, slope)
+    # On steps of 1e-8 the swept parameter itself is rounded to more than the tolerance: the function is a staircase.
+    # The least of several gaps can be flat up to where another one falls, on a step of many decades. There secants go
+    # on for ever.
+    while abs(high - low) > float_info.epsilon * abs(end) and (new := (low + high) / 2) not in (low, high):
+        x = new
+        low, high = (low, x) if (function(x) > 0) == rises else (x, high)
+    return Crossing(x, slope)
+
+
 def cubic_root(value: Floats, rise: Floats, cubic: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats]:
-    """About the zero between 0 and 1 of a cubic whose signs differ there, and the slope near it, by Newton's method.
+    """Approximate zero between 0 and 1 of a cubic whose signs differ there, and the slope near it, by Newton's method.
 
     Parameters
     ----------
@@ -213,7 +288,7 @@ def cubic_root(value: Floats, rise: Floats, cubic: tuple[Floats, Floats, Floats]
 
 
 def golden_minimum(function: Callable[[Floats], Floats], low: Floats, high: Floats, steps: int) -> Floats:
-    """Arguments between `low` and `high` at which a function has its minima, by so many golden sections."""
+    """Arguments between `low` and `high` at which a function has its minima, by golden sections; many at once."""
     for _ in range(steps):
         # Both values anew in each step, where one could be kept: which one differs from bracket to bracket.
         x1, x2 = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
@@ -222,11 +297,37 @@ def golden_minimum(function: Callable[[Floats], Floats], low: Floats, high: Floa
     return (low + high) / 2
 
 
-def may_hide_zeros(values: Floats) -> NDArray[np.bool_]:
-    """Whether at the samples `values[1:-1]` of a smooth function it may reach zero and come back between two samples.
+def golden_section(function: Callable[[float], float], low: float, high: float, steps: int) -> float:
+    """The argument between `low` and `high` at which a function has its minimum, for one bracket."""
+    first, second = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_first, at_second = function(first), function(second)
+    for _ in range(steps):
+        # The golden section keeps one of the two in the part that is left, where it is the other one.
+        if at_first < at_second:
+            high, second, at_second = second, first, at_first
+            first = high - GOLDEN * (high - low)
+            at_first = function(first)
+        else:
+            low, first, at_first = first, second, at_second
+            second = low + GOLDEN * (high - low)
+            at_second = function(second)
+    return (low + high) / 2
 
-    So where a sample is the nearest to zero of three of one sign, and nearer than the larger step to it is high: a
-    smooth function moves less beyond an extremum of its samples than between them.
+
+def may_hide_zeros(values: Floats) -> NDArray[np.bool_]:
+    """Whether a smooth function may reach zero and come back between samples, next to each of `values[1:-1]`.
+
+    It may where a sample is the nearest to zero of three of one sign, and its value is below the larger of the two
+    steps to its neighbours: a smooth function moves less beyond an extremum of its samples than between them.
+
+    Parameters
+    ----------
+    values : ndarray (n, ...)
+        Samples in order.
+
+    Returns
+    -------
+    ndarray of bool (n - 2, ...)
     """
     left, middle, right = values[:-2], values[1:-1], values[2:]
     one_side = (left * middle > 0) & (middle * right > 0)

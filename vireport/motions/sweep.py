@@ -1,4 +1,9 @@
-"""One parameter of a device that varies, and the level of the surface of motions that it holds."""
+"""One parameter of a device that varies, and what stays constant meanwhile: a level on the surface of motions.
+
+`Sweep` is the parameter with its range; `Level` the condition on d and gbar that holds over the sweep; `SweptPlane` the
+plane of q and phase in which that condition is a curve. Where the motions are ordered, they are ordered by the sweep's
+coordinate: d, or gbar where the inclination varies, or the restitution that varies.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +19,13 @@ from vireport.base.errors import UsageError
 from vireport.base.records import brief
 from vireport.motions.orbits import (
     Coefficients,
+    Dynamics,
     Friction,
     Orbits,
     Rubbing,
     coefficients,
     of_order,
-    orbits,
+    orbits_of,
     rubbing,
     turned,
 )
@@ -49,6 +55,7 @@ def settable(start: float, end: float, off: tuple[float, float] = NO_TOLERANCE) 
     Parameters
     ----------
     start, end : float
+        Of the range, in the unit of the input, in either order.
     off : tuple of float
         The tolerance of the input, in its unit and in per cent of its value, of which the larger holds; zeros where
         none is stated.
@@ -72,20 +79,20 @@ class Held(Enum):
 
 
 class Level(Struct, frozen=True, eq=False):
-    """What a sweep holds, and its value: a linear condition on (gbar, d), hence a curve on the surface of motions.
-
-    With friction it says how this goes with the groups along the sweep.
+    """The linear condition on (gbar, d) that holds over a sweep, hence a curve on the surface of motions.
 
     Attributes
     ----------
     held : Held
+        The group or ratio that is constant.
     value : array_like
-        Of what is held; where both groups are, of gbar.
+        Its value; where both groups are constant, that of gbar.
     friction : Friction or None
+        Friction over the sweep as a function of the groups; None for a ball without friction.
     d : array_like or None
-        Where both groups are held.
+        Its value where both groups are constant, else None.
     varied : Parameter or None
-        The restitution that varies there.
+        The restitution that varies where both groups are constant, else None.
     """
 
     held: Held
@@ -96,7 +103,7 @@ class Level(Struct, frozen=True, eq=False):
 
     @property
     def horizontal(self) -> bool:
-        """Whether it is gbar = 0 that is held."""
+        """Whether gbar is zero over the whole sweep."""
         return self.held in (Held.GBAR, Held.BOTH) and bool(self.value == 0)
 
     @property
@@ -118,12 +125,13 @@ class Level(Struct, frozen=True, eq=False):
         return self.horizontal and kept and Groups(0.0, 0.0, r, tuple(harmonics)).symmetric
 
     def restitution(self, r: Any, coordinate: Any) -> Any:
-        """The restitution at a value of the sweep's coordinate, by the device's."""
+        """The restitution at a value of the sweep's coordinate, from that of the device."""
         return r if self.varied is None else moved(r, self.varied, coordinate)
 
     def groups(self, orbit: Any) -> tuple[Any, Any]:
-        """D and gbar of motions on the level, as arrays: what it holds has its exact value."""
-        # The closed form rounds the group that the sweep holds; its value is exact.
+        """D and gbar of motions on the level, as arrays; a group that the sweep holds has its exact value."""
+        # The closed form rounds the group that the sweep holds. Its value is known exactly, and what is derived from it
+        # (the unit of velocity, the sweep's value) should not differ from motion to motion.
         d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
         if self.held is Held.D:
             d[:] = self.value
@@ -135,7 +143,9 @@ class Level(Struct, frozen=True, eq=False):
 
 
 class SweptPlane(Struct, frozen=True, eq=False, dict=True):
-    """The plane of q and phase, above each place of which there is one 1:1 motion, and the level that a sweep holds.
+    """The plane of q and phase with the level of a sweep: above each place there is one 1:1 motion.
+
+    The height of a place is how far the motion there is from the level; the motions of the sweep are where it is zero.
 
     Attributes
     ----------
@@ -160,7 +170,12 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
 
     def orbits(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
         """Evaluate the motions at places of the plane."""
-        return orbits(u, phi, self.r, self.n, ops, self.harmonics, self.level.friction)
+        return orbits_of(self.dynamics, u, phi, ops)
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """What the motions depend on besides d and gbar."""
+        return Dynamics(self.r, self.n, self.harmonics, self.level.friction)
 
     def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
         """The height above the level at places of one shape."""
@@ -168,16 +183,27 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
         return a * ops.sin(phi) + b * ops.cos(phi) - c
 
     def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
-        """Derivatives of the height by u, as a difference over a step to either side, and by the phase."""
+        """Derivatives of the height by u, as a central difference over `step`, and by the phase, exact."""
         a, b, _ = self.terms(coefficients(u, self.r, self.n), u)
         by_u = (self.value(u + step, phi) - self.value(u - step, phi)) / (2 * step)
         return by_u, a * np.cos(phi) - b * np.sin(phi)
 
     def terms(self, k: Coefficients, u: Any, ops: Any = ARRAYS) -> tuple[Any, Any, Any]:
-        """Write the level of a sine as a sin(phi) + b cos(phi) = c above each q, and return (a, b, c).
+        """Write the level of a sine as a sin(phi) + b cos(phi) = c at each q, and return (a, b, c).
 
-        For a horizontal capsule with membranes that are alike, and odd n, the factor u, whose zeros are the symmetric
-        family, is divided out. `k` is of the same u.
+        Parameters
+        ----------
+        k : Coefficients
+            Of the surface at the same u.
+        u : array_like
+            q - 1/2 [-].
+        ops
+            Functions of the kind of number.
+
+        Notes
+        -----
+        Where motions have mirror images (`mirrors`), the factor u is divided out: its zero, u = 0, is the whole
+        symmetric family, which would hide the asymmetric one that crosses it.
         """
         a, b, c = _divided_terms(u, self.r, self.n, ops) if self.mirrors else _terms(self.level, k)
         if (rubbed := _Rubbed.of(self, k, u, ops)) is None:
@@ -185,11 +211,12 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
         return rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
 
     def polynomial(self, u: Any, ops: Any = ARRAYS) -> Polynomial:
-        """Write the level of a force with harmonics as sum_j a_j sin(j phi) + b_j cos(j phi) = c above each q.
+        """Write the level of a force with harmonics as sum_j a_j sin(j phi) + b_j cos(j phi) = c at each q.
 
         As in `terms`, u is divided out where motions have mirror images.
         """
-        # The equations are linear in the force: each harmonic has the level of a sine with its order of periods.
+        # The equations are linear in the force, so that a harmonic of order j contributes the level of a sine of j n
+        # periods; c is the same for all of them, and taken once.
         divided, parts, held, rubbed = self.mirrors, [], None, None
         if self.level.friction is not None:
             rubbed = _Rubbed.of(self, coefficients(u, self.r, self.n, ops), u, ops)
@@ -210,14 +237,14 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
 
 
 def _divided_terms(u: Any, r: Any, n: int, ops: Any) -> tuple[Any, Any, Any]:
-    """The terms a, b, c of a horizontal capsule with mirror images, over u T/(pi K)."""
+    """The terms a, b, c of a horizontal capsule with mirror images, divided by u T/(pi K)."""
     p = (1 + r) * u - (1 - r) / 2
     a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
     return a, -2 * ops.pi * n * ops.sinc(2 * n * u) * p, 0 * u
 
 
 def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
-    """The terms a, b, c of a level without friction: the condition that it is on gbar and d, by the coefficients."""
+    """The terms a, b, c of the level without friction, from the coefficients of gbar and d."""
     zero = 0 * k.determinant
     if level.held is Held.GBAR:
         return k.gbar_sine, k.gbar_cosine, zero + level.value
@@ -227,7 +254,7 @@ def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
 
 
 class _Rubbed(Struct, frozen=True, eq=False):
-    """Terms that friction adds to a level above each q.
+    """Terms that friction adds to the level at each q.
 
     Notes
     -----
@@ -245,17 +272,17 @@ class _Rubbed(Struct, frozen=True, eq=False):
 
     @staticmethod
     def of(plane: SweptPlane, k: Coefficients, u: Any, ops: Any) -> _Rubbed | None:
-        """The terms of a level with friction, None of one without; `k` are the coefficients of the sine."""
+        """The terms of a level with friction; None without. `k` are the coefficients of the sine at u."""
         level, r, n = plane.level, plane.r, plane.n
         if level.friction is None:
             return None
         terms = rubbing(k, u, r, n)
-        # T/(pi K), by which and u the terms of a horizontal capsule are divided, takes G to this for one restitution.
+        # `_divided_terms` divides by u T/(pi K); so divided, G is this constant where both membranes have one r.
         share = 2 * n * ops.pi * (1 + r * r) / (1 + r) if plane.mirrors else terms.gbar
         return _Rubbed(level, level.friction, terms, share)
 
     def term(self, a: Any, gbar: Any, d: Any) -> Any:
-        """A coefficient of the sine or the cosine, by those of the level, gbar and d without friction."""
+        """The coefficient a of the sine (or cosine) with friction, from that of the level, of gbar and of d without."""
         if self.level.held is Held.RATIO:
             return a + self.friction.by_gbar * (self.rubbing.d * gbar - self.rubbing.gbar * d)
         if type(self.friction.by_d) is int:
@@ -263,16 +290,16 @@ class _Rubbed(Struct, frozen=True, eq=False):
         return a + self.friction.by_d * (self.share * d - self.rubbing.d * a)
 
     def held(self, c: Any) -> Any:
-        """The number that the level is, by that without friction."""
+        """The right-hand side c of the level with friction, from that without."""
         return c - self.friction.constant * self.share
 
 
 Polynomial = tuple[list[tuple[int, Any, Any]], Any]
-"""A trigonometric polynomial in the phase that is a number: order, coefficients of sine and cosine; and the number."""
+"""The level above one q as a trigonometric polynomial in the phase: (order, a, b) of each term, and the value c."""
 
 
 def level_value(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
-    """How far a phase is above the level."""
+    """Height of a phase above the level: sum_j a_j sin(j phi) + b_j cos(j phi) - c."""
     parts, held = polynomial
     return sum((a * ops.sin(j * phi) + b * ops.cos(j * phi) for j, a, b in parts), -held)
 
@@ -284,7 +311,7 @@ def level_slope(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
 
 
 def level_residual(level: Level, orbit: Orbits) -> Any:
-    """How far a motion is from the level of one group, in the terms of the level (zero on the curve)."""
+    """Difference of a motion from the level of one group: gbar, d - ratio gbar, or d less the value held."""
     if level.held is Held.GBAR:
         return orbit.gbar - level.value
     if level.held is Held.RATIO:
@@ -293,11 +320,12 @@ def level_residual(level: Level, orbit: Orbits) -> Any:
 
 
 class Sweep(Struct, frozen=True):
-    """One parameter of a device that varies.
+    """A range of one parameter of a device, all other parameters constant.
 
     Attributes
     ----------
     device : Device
+        Its value of the parameter is not used.
     parameter : Parameter
         The one that varies.
     start, end : float
@@ -324,8 +352,14 @@ class Sweep(Struct, frozen=True):
         )
 
     def level_in(self, ops: Any) -> Level:
-        """What stays the same along the sweep, in a kind of number."""
-        # Of a sweep over the force, both groups are the largest, and best resolved, at its lower end.
+        """The level of the sweep in a kind of number.
+
+        Raises
+        ------
+        UsageError
+            If the inclination varies and the ball has friction: then no combination of the groups is constant.
+        """
+        # Over the force both groups are largest, and best resolved, at its lower end.
         at = min(self.start, self.end) if self.parameter is Parameter.AMPLITUDE else self.start
         d, gbar, *_, rubbed = self.device.groups(self.parameter, at, ops)
         if self.parameter.bounces:
@@ -342,7 +376,12 @@ class Sweep(Struct, frozen=True):
         return Level(Held.GBAR, gbar, friction)
 
     def driven(self, what: str) -> Sweep:
-        """The sweep, for what knows membranes that stay as they are.
+        """The sweep itself, if its membranes stay as they are.
+
+        Parameters
+        ----------
+        what : str
+            What requires that, for the message.
 
         Raises
         ------
@@ -362,7 +401,7 @@ class Sweep(Struct, frozen=True):
 
     @property
     def unresolved(self) -> str:
-        """Why rounding does not resolve the sweep, or ""."""
+        """Reason why double precision does not resolve the sweep, as a sentence; "" if it does."""
         device, (least, most) = self.device, sorted((self.start, self.end))
         if self.parameter.bounces:
             return device.with_values({self.parameter: most}).unresolved

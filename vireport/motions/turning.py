@@ -1,9 +1,10 @@
-"""Where the ball turns in its flights: whether a solution of the equations is a motion.
+"""Turning points of the ball in its flights, which say whether a solution of the equations is a motion.
 
-The conditions of a motion only know the ends of each flight. The turning points between are the zeros of Z', and Z' is
-monotone between the zeros of Z'' = gbar + cos(phase), which have a closed form. So every turning point is certain to be
-located, without sampling: `turning_points` for arrays of flights, `turns` for one motion in Python's numbers, with
-which a motion is followed ten times as fast.
+The conditions of a motion are about the ends of each flight only: between them the ball may pass through a membrane.
+The turning points are the zeros of Z', and Z' is monotone between the zeros of Z'' = gbar + cos(phase), which have a
+closed form. So every turning point is certain to be located, without sampling: `turning_points` for arrays of flights,
+`turns` for one motion in Python's numbers, with which a motion is followed ten times as fast. A ball with friction must
+not turn at all: `slowest` and `slow_places` have its least speed.
 """
 
 from __future__ import annotations
@@ -37,20 +38,20 @@ BISECTIONS = 60
 """Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
 
 SHORT = 1e-3
-"""Time since the impact [t_c], below which a touch is a ball that comes back before it has left. It comes from its
-expansion, for in doubles the distance covered is lost against the length of the capsule."""
+"""Time since the impact [t_c] below which a touch of the membrane left is taken from the expansion of the flight in
+time: in doubles the distance covered so soon is lost against the length of the capsule."""
 
 SETTLED = 1e-8
 """Newton step [t_c] that ends the search for a turning point of one motion, which is solved for afterwards."""
 
 
 class Turns(Struct, frozen=True, eq=False):
-    """Turning points of one flight of each of some motions, some of them.
+    """Turning points in an array of flights.
 
     Attributes
     ----------
     index : ndarray of int
-        Which of the motions; one that turns several times is there as often.
+        Number of the flight; a flight that turns several times has several entries.
     time : ndarray
         Since the flight began [t_c].
     covered, room : ndarray
@@ -71,55 +72,86 @@ class Turns(Struct, frozen=True, eq=False):
         return np.where(self.back, self.room, self.covered)
 
 
-def turning_points(
-    way: Flight,
-    phase: Floats,
-    returns: bool,
-    nearest: bool = False,
-    settled: float = SMALLEST_STEP,
-    harmonics: Sequence[Harmonic] = (),
-) -> Iterator[Turns]:
-    """Every turning point of one flight of each motion, or those that can be the `nearest` to a membrane.
+class ForcedFlights(Struct, frozen=True, eq=False):
+    """Flights of one direction with the force during them.
 
-    Parameters
+    Attributes
     ----------
     way : Flight
         Arrays of one length.
     phase : ndarray
-        Forcing phase at which each begins [rad].
-    returns : bool
-        Whether the flights come back to the membrane that they left.
-    nearest : bool
-        Of flights across, only what can be nearest to a membrane.
-    settled : float
-        Newton step that ends the search for a turning point [t_c].
+        Forcing phase at the beginning of each [rad].
     harmonics : sequence of Harmonic
         Of the force.
     """
-    if harmonics:
-        brackets = _between(way, phase, _unaccelerated(way.gbar, harmonics), harmonics)
+
+    way: Flight
+    phase: Floats
+    harmonics: Sequence[Harmonic] = ()
+
+    def select(self, index: Any) -> ForcedFlights:
+        """The flights picked by an index or mask."""
+        return ForcedFlights(self.way.select(index), self.phase[index], self.harmonics)
+
+    def speed(self, time: Floats) -> Floats:
+        """Velocity away from the membrane left, at times since the beginning of each flight [y_c]."""
+        phase = self.phase + np.pi * time
+        # Of a sine the impulse is the sine of the phase itself: its cosine need not be computed.
+        impulse = wave(np.sin(phase), np.cos(phase), self.harmonics).impulse if self.harmonics else np.sin(phase)
+        return np.asarray(self.way.speed(time, impulse))
+
+    def covered(self, time: Floats) -> Floats:
+        """Distance from the membrane left, at times since the beginning of each flight [x_c]."""
+        phase = self.phase + np.pi * time
+        path = wave(np.sin(phase), np.cos(phase), self.harmonics).path if self.harmonics else np.cos(phase)
+        return np.asarray(self.way.covered(time, path))
+
+
+def turning_points(
+    flights: ForcedFlights, returns: bool, nearest: bool = False, settled: float = SMALLEST_STEP
+) -> Iterator[Turns]:
+    """Locate every turning point of flights, or those that can be the `nearest` to a membrane.
+
+    Parameters
+    ----------
+    flights : ForcedFlights
+    returns : bool
+        Whether the flights come back to the membrane that they left.
+    nearest : bool
+        In flights from one membrane to the other, only the turning points that can be nearest to a membrane.
+    settled : float
+        Newton step that ends the search for a turning point [t_c].
+
+    Yields
+    ------
+    Turns
+        In no order of time.
+    """
+    if flights.harmonics:
+        brackets = _between(flights, _unaccelerated(flights.way.gbar, flights.harmonics))
     else:
-        brackets = _returning(way, phase) if returns else _crossing(way, phase, nearest)
+        brackets = _returning(flights) if returns else _crossing(flights, nearest)
     for index, low, high, back in brackets:
         if index.size:
-            part, start = way.select(index), phase[index]
-            time = _at_rest(part, start, low, high, settled, harmonics)
-            covered = part.covered(time, _path(start + np.pi * time, harmonics))
-            yield Turns(index, time, covered, part.d - covered, back)
+            part = flights.select(index)
+            time = _turning_times(part, low, high, settled)
+            covered = part.covered(time)
+            yield Turns(index, time, covered, part.way.d - covered, back)
 
 
 Brackets = Iterator[tuple[Ints, Floats, Floats, NDArray[np.bool_]]]
-"""Flights, two times between which each turns once, and whether it turns back towards the membrane left."""
+"""Numbers of flights, two times between which each turns once, and whether it turns back towards the membrane left."""
 
 
-def _crossing(way: Flight, phase: Floats, nearest: bool) -> Brackets:
-    """Turning points of flights from one membrane to the other.
+def _crossing(flights: ForcedFlights, nearest: bool) -> Brackets:
+    """Bracket the turning points of flights from one membrane to the other.
 
     A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
     in pairs, around an extremum of Z' of the other sign: where Z' is positive at such an extremum of an upward
     flight (or negative in a downward one), there is exactly one zero on either side. The other extrema need not be
     looked at, which is half of the work.
     """
+    way, phase = flights.way, flights.phase
     # Z' is largest at phase `turn`, the wrong way for an upward flight, and smallest at -turn, for a downward one.
     # Where gbar > 1, Z'' never vanishes; then Z' is not of the wrong sign at phase pi either.
     turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
@@ -129,11 +161,11 @@ def _crossing(way: Flight, phase: Floats, nearest: bool) -> Brackets:
     times = first[:, None] + 2 * np.arange(_laps(way))
     index, lap = np.nonzero(times < way.duration[:, None])
     slowest = times[index, lap]
-    speed = way.select(index).speed(slowest, np.sin(phase[index] + np.pi * slowest))
+    speed = flights.select(index).speed(slowest)
     wrong = speed < 0
     index, middle, speed = index[wrong], slowest[wrong], speed[wrong]
     if nearest and times.shape[1] > 2:
-        near = _may_be_nearest(way, phase, index, middle, -speed * np.maximum(since, until)[index])
+        near = _may_be_nearest(flights, index, middle, -speed * np.maximum(since, until)[index])
         index, middle = index[near], middle[near]
     within = np.ones(len(index), dtype=bool)
     yield index, np.maximum(middle - since[index], 0.0), middle, within
@@ -141,42 +173,60 @@ def _crossing(way: Flight, phase: Floats, nearest: bool) -> Brackets:
 
 
 def _laps(way: Flight) -> int:
-    """More than the extrema of Z' of one kind in any of the flights; NaN are left out."""
+    """Forcing periods that the longest flight touches: it has fewer extrema of Z' of either kind. NaN are ignored."""
     return int(np.ceil(np.fmax.reduce(way.duration, initial=0.0) / 2)) + 1
 
 
-def _may_be_nearest(way: Flight, phase: Floats, index: Ints, middle: Floats, reach: Floats) -> NDArray[np.bool_]:
-    """Which times of slowest flight have next to them the turning point that is nearest to a wall, or may have it.
+def _may_be_nearest(flights: ForcedFlights, index: Ints, middle: Floats, reach: Floats) -> NDArray[np.bool_]:
+    """Whether the turning point nearest to a wall may be next to each of some times of slowest flight.
 
     One of the two turning points is nearer to a wall than the ball is in the middle between them, but by no more than
-    what it flies back from there: `reach`, its speed there times the time that it has.
+    `reach`.
+
+    Parameters
+    ----------
+    flights : ForcedFlights
+    index : ndarray of int
+        The flight of each time.
+    middle : ndarray
+        Times at which the ball flies back fastest, since the beginning of the flight [t_c].
+    reach : ndarray
+        The speed then times the longest time for which the ball can fly back [x_c].
     """
-    part = way.select(index)
-    covered = part.covered(middle, np.cos(phase[index] + np.pi * middle))
-    room = np.minimum(covered, part.d - covered)
-    least = np.full(len(phase), np.inf)
+    part = flights.select(index)
+    covered = part.covered(middle)
+    room = np.minimum(covered, part.way.d - covered)
+    least = np.full(len(flights.phase), np.inf)
     np.minimum.at(least, index, room)
     return np.asarray(room - reach <= least[index])
 
 
-def _returning(way: Flight, phase: Floats) -> Brackets:
-    """Where flights back to the membrane that they left turn: between extrema of Z' at which its signs differ."""
+def _returning(flights: ForcedFlights) -> Brackets:
+    """Bracket the turning points of flights back to the membrane that they left, between extrema of Z'."""
     # Here Z' has the other sign at the end than at the start: it changes sign an odd number of times, and the pairs of
     # `_crossing` are no help. Between extrema, ends included, Z' is monotone.
-    turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
-    yield from _between(way, phase, np.stack([turn, -turn]), ())
+    turn = np.arccos(np.clip(-flights.way.gbar, -1.0, 1.0))
+    yield from _between(flights, np.stack([turn, -turn]))
 
 
-def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harmonic]) -> Brackets:
-    """Where flights turn between the phases `still` without acceleration, of each flight a column."""
+def _between(flights: ForcedFlights, still: Floats) -> Brackets:
+    """Bracket the turning points of flights between phases of zero acceleration.
+
+    Parameters
+    ----------
+    flights : ForcedFlights
+    still : ndarray (m, n)
+        Phases at which Z'' is zero [rad], a column for each of the n flights; NaN where it has fewer than m.
+    """
+    way, phase = flights.way, flights.phase
     extrema = np.mod(still - phase, 2 * np.pi) / np.pi
     laps = np.repeat(2 * np.arange(_laps(way)), len(still))
     moments = np.tile(np.sort(extrema, axis=0), (_laps(way), 1)) + laps[:, None]
     # Where there are fewer phases than of others, the end of the flight stands for the rest: it belongs after them all.
     times = np.sort(np.fmin(moments, way.duration), axis=0)
     times = np.concatenate([np.zeros((1, len(phase))), times, way.duration[None]])
-    speeds = way.speed(times, _impulse(phase + np.pi * times, harmonics))
-    if harmonics:
+    speeds = flights.speed(times)
+    if flights.harmonics:
         # Without restitution a flight begins at rest: what rounding makes of that is no turn.
         speeds[0] = way.direction * way.velocity
     piece, index = np.nonzero(speeds[:-1] * speeds[1:] < 0)
@@ -184,58 +234,48 @@ def _between(way: Flight, phase: Floats, still: Floats, harmonics: Sequence[Harm
 
 
 def _unaccelerated(gbar: Floats, harmonics: Sequence[Harmonic]) -> Floats:
-    """The phases at which Z'' is zero, of each gbar a column; NaN where there are fewer than of others."""
+    """The phases at which Z'' is zero, a column for each gbar; NaN in columns that have fewer than others."""
     different, which = np.unique(gbar, return_inverse=True)
     return unaccelerated_by(different, harmonics)[which.ravel()].T
 
 
-def _impulse(phase: Any, harmonics: Sequence[Harmonic]) -> Any:
-    """The impulse of the force at a phase: of a sine its sine."""
-    return wave(np.sin(phase), np.cos(phase), harmonics).impulse if harmonics else np.sin(phase)
-
-
-def _path(phase: Any, harmonics: Sequence[Harmonic]) -> Any:
-    """The path of the force at a phase: of a sine its cosine."""
-    return wave(np.sin(phase), np.cos(phase), harmonics).path if harmonics else np.cos(phase)
-
-
-def _at_rest(
-    way: Flight, phase: Floats, low: Floats, high: Floats, settled: float, harmonics: Sequence[Harmonic]
-) -> Floats:
-    """Zero of a monotone Z' between two times where its sign differs."""
+def _turning_times(flights: ForcedFlights, low: Floats, high: Floats, settled: float) -> Floats:
+    """Times at which a monotone Z' is zero, each between two times at which its sign differs."""
+    way, phase = flights.way, flights.phase
 
     def speed(t: Floats, which: Ints) -> tuple[Floats, Floats]:
         part = way if t.size == phase.size else way.select(which)
         angle = phase[which] + np.pi * t
-        force = wave(np.sin(angle), np.cos(angle), harmonics)
+        force = wave(np.sin(angle), np.cos(angle), flights.harmonics)
         return part.speed(t, force.impulse), part.pressing(force.force)
 
     # Newton, not secants: the slope, Z'', costs one cosine of an angle whose sine is needed anyway.
-    rising = way.speed(high, _impulse(phase + np.pi * high, harmonics)) > 0
+    rising = flights.speed(high) > 0
     return newton_root(speed, low, high, rising, settled)
 
 
 def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = False) -> Iterator[tuple[int, Turns]]:
     """The turning points of 1:1 motions, by the impact that begins the flight: 0 for the bottom, 1 for the top."""
     up, down = flights
-    for part in turning_points(up, orbit.phi, False, nearest, harmonics=orbit.harmonics):
+    for part in turning_points(ForcedFlights(up, orbit.phi, orbit.harmonics), False, nearest):
         yield 0, part
     top = np.arctan2(orbit.sin_top, orbit.cos_top)
-    for part in turning_points(down, top, False, nearest, harmonics=orbit.harmonics):
+    for part in turning_points(ForcedFlights(down, top, orbit.harmonics), False, nearest):
         yield 1, part
 
 
 def slowest(orbit: Orbits, r: Any) -> tuple[Floats, Ints]:
-    """Least speed onward in the flights of 1:1 motions, and the impact (0 or 1) that begins the flight with it.
+    """Least speed onward in the flights of 1:1 motions, and the impact (0 or 1) that begins that flight.
 
-    Negative where the ball would move back in a flight, as one with friction does not on the way that is solved for:
-    friction would be against that, too. Parameters are those of `wall_gap`.
+    Negative where the ball would move back in a flight. Friction would then change its sign, so that this is not the
+    motion that was solved for. Parameters are those of `wall_gap`.
     """
     top = np.arctan2(orbit.sin_top, orbit.cos_top)
     ends = np.abs(np.stack([orbit.velocity_bottom, orbit.velocity_top]))
     struck = np.stack(np.broadcast_arrays(*by_wall(r), ends[0])[:2]) * ends
     speeds = np.minimum(struck, ends[::-1])
     for i, (way, phase) in enumerate(zip(orbit.flights(r), (orbit.phi, top), strict=True)):
+        flights = ForcedFlights(way, phase, orbit.harmonics)
         if orbit.harmonics:
             still = _unaccelerated(way.gbar, orbit.harmonics)
         else:
@@ -243,14 +283,14 @@ def slowest(orbit: Orbits, r: Any) -> tuple[Floats, Ints]:
         first = np.mod(still - phase, 2 * np.pi) / np.pi
         laps = 2 * np.arange(_laps(way))
         times = (first[None] + laps[:, None, None]).reshape(len(laps) * len(first), len(phase))
-        speeds_at = way.speed(times, _impulse(phase + np.pi * times, orbit.harmonics))
+        speeds_at = flights.speed(times)
         inside = times < way.duration
         speeds[i] = np.minimum(speeds[i], np.where(inside, speeds_at, np.inf).min(axis=0, initial=np.inf))
     return speeds.min(axis=0), speeds.argmin(axis=0)
 
 
 def wall_gap(orbit: Orbits, r: Any) -> Floats:
-    """Smallest distance between the ball and a membrane at the turning points of 1:1 motions [x_c].
+    """Smallest distance of the ball from a membrane at the turning points of 1:1 motions [x_c].
 
     Parameters
     ----------
@@ -262,9 +302,8 @@ def wall_gap(orbit: Orbits, r: Any) -> Floats:
     Returns
     -------
     ndarray
-        Negative where the ball would have to pass through a membrane, zero at grazing, and d where it crosses from
-        wall to wall without ever turning back. Where a ball with friction would turn back, the equations are not those
-        of a motion: then negative, the speed back.
+        Negative where the ball would have to pass through a membrane, zero at grazing, and d where it never turns back.
+        With friction d as well, or where the ball would turn back its velocity then, negative: no motion.
     """
     if orbit.friction is not None:
         speed, _ = slowest(orbit, r)
@@ -277,7 +316,7 @@ def wall_gap(orbit: Orbits, r: Any) -> Floats:
 
 
 class Touch(NamedTuple):
-    """A turning point near a wall: its distance, its time in the flight, which flight, and which wall."""
+    """A turning point near a wall: distance [x_c], time in its flight [t_c], flight upward?, near the wall left?."""
 
     distance: float
     time: float
@@ -286,7 +325,7 @@ class Touch(NamedTuple):
 
 
 def touches(orbit: Orbits, flights: tuple[Flight, Flight]) -> list[Touch]:
-    """The turning points of one 1:1 motion (arrays of length one) with their distance from either wall, in order."""
+    """The turning points of one 1:1 motion (arrays of length one), for each wall, by ascending distance from it."""
     return sorted(
         Touch(abs(float(distance)), float(time), after == 0, at_start)
         for after, part in flight_turns(orbit, flights)
@@ -296,18 +335,18 @@ def touches(orbit: Orbits, flights: tuple[Flight, Flight]) -> list[Touch]:
 
 
 class NearTouch(NamedTuple):
-    """The turning point of a motion that is as good as a touch of a membrane.
+    """The turning point of a motion that becomes a touch of a membrane at a grazing point next to it.
 
     Attributes
     ----------
     after : int
-        The impact that its flight begins with.
+        The impact that begins its flight.
     at_start : bool
         Whether the membrane is the one that the flight left.
     time : float
         Since the flight began [t_c].
     acceleration : float or None
-        Towards the membrane left, as the flight begins, where the ball is back before it has really left.
+        Towards the membrane left, as the flight begins [-], if the touch follows at once (within `SHORT`); else None.
     """
 
     after: int
@@ -338,10 +377,21 @@ def near_touch(motion: Motion, groups: Groups[float]) -> NearTouch:
 
 
 class Turn(NamedTuple):
-    """A turning point of the ball: the flight it is in, its time, the wall it is turned towards, and its distance.
+    """A turning point of the ball in one motion.
 
-    `held` is whether the ball has not left yet: without restitution it starts at rest, and where the membrane still
-    presses it, it turns next to it at once. That is no touch.
+    Attributes
+    ----------
+    after : int
+        The impact that begins its flight.
+    time : float
+        [t_c], by the clock of the motion.
+    wall : int
+        The membrane that the ball turns back from: 1 bottom, -1 top.
+    gap : float
+        Distance from it [x_c]; negative beyond it.
+    held : bool
+        Whether the ball has not left the membrane yet, which is no touch: without restitution it starts at rest, and
+        turns next to the membrane at once if that still presses it.
     """
 
     after: int
@@ -352,10 +402,7 @@ class Turn(NamedTuple):
 
 
 def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
-    """Every turning point of a motion, with its distance from the wall that the ball turns back from.
-
-    The distance is negative where the ball would have passed through the membrane.
-    """
+    """Locate every turning point of a motion, in order of time."""
     d, gbar, _, harmonics, *_ = groups
     # Z'' is zero at the same times of each forcing period, of a sine at `lift` and 2 - `lift`, with the sine `swing`
     # and its opposite.
@@ -378,33 +425,41 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
         speeds = [(t, flight.velocity(t - start, after, begun.impulse, impulse, gbar)) for t, impulse in inner]
         for low, high in pairwise([(start, after), *speeds, (end, velocities[i + 1])]):
             if low[1] * high[1] < 0:
-                time = _rest(low, high, (start, after, begun.impulse), groups)
+                time = _turning_time(low, high, (start, after, begun.impulse), groups)
                 towards = 1 if low[1] > 0 else -1
-                # From the wall that it left: of Z itself, half of a large d would leave no digit of the gap.
+                # Distances are counted from the wall left, not from the middle of the capsule as Z is: half of a large
+                # d would leave no digit of the gap.
                 path = wave(sin(pi * time), cos(pi * time), harmonics).path if harmonics else cos(pi * time)
                 way = flight.displacement(time - start, after, begun.impulse, begun.path, path, gbar)
                 held = after == 0 and wall == towards and time - start < SHORT
                 yield Turn(i, time, towards, (0.0 if wall == towards else d) - towards * way, held)
 
 
-def _rest(
-    low: tuple[float, float], high: tuple[float, float], flown: tuple[float, float, float], groups: Groups[float]
+def _turning_time(
+    low: tuple[float, float], high: tuple[float, float], begun: tuple[float, float, float], groups: Groups[float]
 ) -> float:
-    """Time at which a monotone Z' is zero, between two times with its values there.
+    """Time at which Z' is zero in a part of a flight in which it is monotone, without the digits that polish adds.
 
-    `flown` are the time, Z' and the impulse of the force at the beginning of the flight.
+    Parameters
+    ----------
+    low, high : (float, float)
+        Time [t_c] and Z' [y_c] at both ends of the part, at which Z' has different signs.
+    begun : (float, float, float)
+        Time [t_c], Z' [y_c] and impulse of the force [-] at the beginning of the flight.
+    groups : Groups
     """
-    start, after, impulse = flown
-    (a, before), (b, behind) = low, high
-    # where it would be if Z' were half a wave, as it is where gbar = 0
-    # Z' = A + B cos(pi s) over a share s of the way, with A + B and A - B at the ends, vanishes at cos(pi s) = -A/B.
-    t = a + (b - a) * acos((before + behind) / (behind - before)) / pi
+    start, after, impulse = begun
+    (a, at_a), (b, at_b) = low, high
+    # The first guess is exact for gbar = 0, where Z' is half a wave: Z' = A + B cos(pi s) over a share s of the way,
+    # with A + B and A - B at the ends, vanishes at cos(pi s) = -A/B.
+    t = a + (b - a) * acos((at_a + at_b) / (at_b - at_a)) / pi
     for _ in range(BISECTIONS):
         phase = pi * t
         force = wave(sin(phase), cos(phase), groups.harmonics)
         value = flight.velocity(t - start, after, impulse, force.impulse, groups.gbar)
         slope = groups.pull(force.force)
-        a, b = (a, t) if (value > 0) == (behind > 0) else (t, b)
+        # [a, b] always holds the zero, so that a Newton step that leaves it can be replaced by its middle.
+        a, b = (a, t) if (value > 0) == (at_b > 0) else (t, b)
         new = t - value / slope if slope else a
         if abs(new - t) < SETTLED and slope:
             return new
@@ -413,7 +468,7 @@ def _rest(
 
 
 class Slowest(NamedTuple):
-    """Where a flight is slowest: the impact that it begins with, the time, and the speed onward there."""
+    """An extremum of Z' in a flight: the impact that begins the flight, time [t_c], and speed onward then [y_c]."""
 
     after: int
     time: float
@@ -421,15 +476,16 @@ class Slowest(NamedTuple):
 
 
 def slow_places(word: Word, velocity: Sequence[float], time: Sequence[float], groups: Groups[float]) -> list[Slowest]:
-    """Every extremum of Z' in the flights across of one motion, with the speed onward there.
+    """Every extremum of Z' in the flights of one motion, with the speed towards the other membrane then.
 
     Parameters
     ----------
     word : Word
-        Of flights from one membrane to the other.
+        With impacts on both membranes in turn: the direction of each flight is that of its friction.
     velocity, time : sequence of float
-        Of its impacts.
+        Of its impacts [y_c], [t_c].
     groups : Groups
+        With friction.
     """
     places, count = [], len(word)
     for i, wall in enumerate(word.walls):
