@@ -38,6 +38,7 @@ def axis_on_top(panels: Panels) -> None:
         top.set_xticks([0.0, 0.5, 1.0], ["0", "half", "all"])
         top.set_xlabel("remark\nlength s [m]")
         axes.set_title("a scenario", weight="bold")
+    for axes in panels.ravel():
         axes.set(xlim=(-0.1, 1.1), ylim=(-0.1, 1.1))
     letter_panels(panels[:, 0], 0)
 

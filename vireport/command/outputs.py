@@ -162,10 +162,11 @@ def run_files(
 
         paged = plan.runs(Task.HTML, Task.PDF)
         origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
-        drawn = {picture.name: picture for picture in pictures}
+        on_pages = () if every_figure else FIGURES_OF_PAGES
+        pixels = {picture.name for picture in pictures if plan.runs(Task.PNG) and picture.name not in on_pages}
+        drawn = {picture.name: replace(picture, recorded=picture.name in pixels) for picture in pictures}
         report = Report(study, drawn, origin, changes, search, templates, opens=opens)
         drawn_in = {task for task in NAMES if plan.runs(task)}
-        on_pages = () if every_figure else FIGURES_OF_PAGES
         files |= render_files(report, drawn_in, templates, paper, lambda: _data_files(study, provenance), on_pages)
     else:
         files |= _data_files(study, provenance)

@@ -21,8 +21,8 @@ from vireport.study.plan import Task
 from vireport.study.study import Study
 from vireport.text.formatting import percent
 
-HEIGHT, ON_PAPER = 2.9, 5.7
-"""Height of the panel with its ticks and labels, and on the first page of a PDF [in]."""
+HEIGHT, HIGHER = 2.9, 2.8
+"""Height of the panel with its ticks and labels, and how much higher it is on the first page of a PDF [in]."""
 
 STABLE_AREA: Look = {"color": Color.FILL_C, "alpha": 0.35, "linewidth": 0, "zorder": 0.5}
 DESIGN_LINE: Look = {"color": Color.BLACK, "linewidth": 1.1, "zorder": 2.0}
@@ -63,11 +63,11 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
         "exactness": study.evidence.exactness,
     }
     first = pictured(Task.FIGURE_ANSWER, words, figure_answer(study), templates)
-    return replace(first, on_paper=figure_answer(study, ON_PAPER)) if study.plan.runs(Task.PDF) else first
+    return replace(first, on_paper=HIGHER) if study.plan.runs(Task.PDF) else first
 
 
-def figure_answer(study: Study, height: float = HEIGHT) -> Figure:
-    """Impact speeds at either membrane over the sweep, lines labelled where they end; `height` is in inches."""
+def figure_answer(study: Study) -> Figure:
+    """Impact speeds at either membrane over the sweep, lines labelled where they end."""
     solution, sweep = swept_solution(study)
     low, high = sorted((float(sweep.start), float(sweep.end)))
     swept = sweep.parameter
@@ -102,7 +102,7 @@ def figure_answer(study: Study, height: float = HEIGHT) -> Figure:
                 study=study,
             )
         _design(axes, study)
-        return finished(figure, height, [], [])
+        return finished(figure, HEIGHT, [], [])
 
 
 def _speeds(study: Study, part: Stretch) -> tuple[Floats, tuple[Floats, Floats]]:

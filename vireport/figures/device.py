@@ -48,8 +48,8 @@ from vireport.study.plan import Task
 from vireport.study.study import Study
 from vireport.text.formatting import exact
 
-HEIGHT, ON_PAPER = 2.9, 5.0
-"""Height of the panels with their ticks and labels, and on the first page of a PDF [in]."""
+HEIGHT, HIGHER = 2.9, 2.1
+"""Height of the panels with their ticks and labels, and how much higher they are on the first page of a PDF [in]."""
 
 WIDTH = 2.9
 """Width of the path of the ball, for the choice of ticks [in]."""
@@ -73,11 +73,11 @@ def picture(study: Study, templates: Path | None = None) -> Picture:
         shown |= {"motion": words, "other": other, "at_top": list(shares)}
     drawn = pictured(Task.FIGURE_DEVICE, shown, figure_device(study), templates)
     first = study.plan.runs(Task.PDF) and study.solution.sweep is None
-    return replace(drawn, on_paper=figure_device(study, ON_PAPER)) if first else drawn
+    return replace(drawn, on_paper=HIGHER) if first else drawn
 
 
-def figure_device(study: Study, height: float = HEIGHT) -> Figure:
-    """The sketch of the device, and beside it the path of the ball if there is a motion; `height` is in inches."""
+def figure_device(study: Study) -> Figure:
+    """The sketch of the device, and beside it the path of the ball if there is a motion at the design point."""
     motion = shown_motion(study)
     parts = 1 if motion is None else 2
     columns = columns_of(parts)
@@ -89,7 +89,7 @@ def figure_device(study: Study, height: float = HEIGHT) -> Figure:
         if motion is not None:
             _path(panels[-1, -1], study, motion[2])
             legend = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT), ("ball", BALL)]
-        return finished(figure, height * rows, [(", ".join(_masses(study)), Color.BLACK)], [legend])
+        return finished(figure, HEIGHT * rows, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
 def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:

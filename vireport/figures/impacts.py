@@ -14,15 +14,15 @@ from matplotlib.figure import Figure
 from vireport.figures.curves import Floats
 from vireport.figures.layout import MARGIN_X, blank, finished, fit_vertically, prefix, widened
 from vireport.figures.record import BOTTOM, TOP
-from vireport.figures.style import GUIDE, Color, Look, Picture, style
+from vireport.figures.style import GUIDE, Color, Look, NotebookFigure, Picture, style
 from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import Identification
 from vireport.measurement.records import Record
 from vireport.text.formatting import PREFIXES
 from vireport.wording.templates import Words
 
-HEIGHT, ON_PAPER = 1.25, 2.6
-"""Of the panel of a membrane, and on the first page of a PDF [in]."""
+HEIGHT, HIGHER = 1.25, 1.35
+"""Of the panel of a membrane, and how much higher it is on the first page of a PDF [in]."""
 
 NORMAL_95 = 1.96
 """Half of the interval that 95 % of normal errors are in, over their standard deviation."""
@@ -50,11 +50,6 @@ def impacts_picture(answer: Identification, record: Record, templates: Path | No
     fitted = isinstance(found, Fitted)
     kind = "errors" if fitted else "phases"
 
-    def drawn(height: float) -> Figure:
-        if isinstance(found, Fitted):
-            return figure_errors(found, answer.origin_s, height)
-        return figure_phases(answer, record, height)
-
     shown = {
         "impacts": len(found.kept) if isinstance(found, Fitted) else len(record.times),
         "every": _every(len(record.times)),
@@ -62,10 +57,11 @@ def impacts_picture(answer: Identification, record: Record, templates: Path | No
         "name": Path(record.name).name,
     }
     title, caption, alt = (words(f"figure_impacts_{kind}_{part}", shown) for part in ("title", "caption", "alt"))
-    return Picture(NAME, title, caption, alt, drawn(HEIGHT), on_paper=drawn(ON_PAPER))
+    drawn = figure_errors(found, answer.origin_s) if isinstance(found, Fitted) else figure_phases(answer, record)
+    return Picture(NAME, title, caption, alt, drawn, on_paper=HIGHER * len(SIDES))
 
 
-def figure_errors(fitted: Fitted, origin_s: float, height: float = HEIGHT) -> Figure:
+def figure_errors(fitted: Fitted, origin_s: float) -> Figure:
     """What each time has over the fitted one, a panel for each membrane, with the band of the timing error.
 
     Times with standard errors of their own are compared in units of these, counted in that of the median impact.
@@ -82,10 +78,10 @@ def figure_errors(fitted: Fitted, origin_s: float, height: float = HEIGHT) -> Fi
             axes.set_ylabel(f"error [{PREFIXES[power]}s]")
             _label(axes, reach, "95 %", Color.GREY)
         fit_vertically(panels, 4)
-        return finished(figure, height * len(SIDES), [], [], aligned=panels)
+        return finished(figure, HEIGHT * len(SIDES), [], [], aligned=panels)
 
 
-def figure_phases(answer: Identification, record: Record, height: float = HEIGHT) -> Figure:
+def figure_phases(answer: Identification, record: Record) -> Figure:
     """The place of each impact within the period of the force, a panel for each membrane."""
     times = record.times - answer.origin_s
     phases = times * float(answer.inquiry.model.device.frequency_hz) % 1
@@ -93,10 +89,10 @@ def figure_phases(answer: Identification, record: Record, height: float = HEIGHT
         figure, panels = _panels(record.times, record.walls, phases)
         for axes in panels:
             axes.set(ylim=(0, 1), ylabel="phase [periods]")
-        return finished(figure, height * len(SIDES), [], [], aligned=panels)
+        return finished(figure, HEIGHT * len(SIDES), [], [], aligned=panels)
 
 
-def _panels(times: Floats, walls: Floats, y: Floats) -> tuple[Figure, list[Any]]:
+def _panels(times: Floats, walls: Floats, y: Floats) -> tuple[NotebookFigure, list[Any]]:
     """A panel for each membrane, as they are above one another, named on the right."""
     figure, panels = blank(len(SIDES), sharex=True, sharey=True)
     every = _every(len(times))

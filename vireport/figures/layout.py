@@ -80,7 +80,7 @@ def columns_of(most: int) -> int:
     return most if sheet().across >= NARROW else 1
 
 
-def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[Figure, Any]:
+def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[NotebookFigure, Any]:
     """A figure with an array of empty panels; `shared` are arguments of `Figure.subplots`."""
     width = sheet().width
     figure = NotebookFigure(figsize=(width, width), dpi=PER_INCH, facecolor="white")
@@ -89,7 +89,7 @@ def blank(rows: int, columns: int = 1, **shared: Any) -> tuple[Figure, Any]:
 
 
 def finished(
-    figure: Figure,
+    figure: NotebookFigure,
     height: float,
     lines: Sequence[tuple[str, str]],
     legends: Iterable[Sequence[Entry]],
@@ -119,21 +119,18 @@ def finished(
     ]
     heading += [legend for entries in legends if entries for legend in _legends(figure, entries)]
     heights = [item.get_window_extent().height / figure.dpi for item in heading]
-    total = height + sum(heights) + LINE_GAP * (len(heights) + 1)
-    # The panels alone are placed, as high as they shall be; the heading then makes the figure higher, and their share
-    # of it smaller.
-    place_panels(figure, height, aligned)
-    under, share = figure.subplotpars, height / total
-    figure.set_figheight(total)
-    figure.subplots_adjust(top=share * under.top, bottom=share * under.bottom)
-    top = total - LINE_GAP
+    room = sum(heights) + LINE_GAP * (len(heights) + 1)
+    place_panels(figure, height, room, aligned)
+    top = LINE_GAP
     for item, own in zip(heading, heights, strict=True):
-        place = EDGE / page.width, top / total
+        # From the corner, so that they stay there where the figure becomes higher.
+        place = figure.transFigure + ScaledTranslation(EDGE, -top, figure.dpi_scale_trans)
         if isinstance(item, Legend):
-            item.set_bbox_to_anchor(place, transform=figure.transFigure)
+            item.set_bbox_to_anchor((0, 1), transform=place)
         else:
-            item.set(position=place)
-        top -= own + LINE_GAP
+            item.set(position=(0, 1), transform=place)
+        top += own + LINE_GAP
+    figure.stretch = lambda more: place_panels(figure, figure.get_figheight() - room + more, room, aligned)
     for axes, texts in labels:
         write_labels(axes, texts)
     # From here on it is a figure that whoever has it can save or draw on, as any of Matplotlib.

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.text import Text
+from matplotlib.ticker import AutoLocator, FixedLocator
 from matplotlib.transforms import Bbox, ScaledTranslation
 from msgspec import Struct
 
@@ -61,20 +62,28 @@ class Surroundings(Struct, frozen=True, eq=False):
     over_axes: float
 
 
-def place_panels(figure: Figure, height: float, aligned: Collection[Axes] = ()) -> None:
-    """Place the panels of a figure without a heading, and the labels of their axes beside the ticks.
+def place_panels(figure: Figure, height: float, heading: float = 0.0, aligned: Collection[Axes] = ()) -> None:
+    """Place the panels of a figure under its heading, and the labels of their axes beside the ticks.
 
     Parameters
     ----------
     figure : Figure
-    height : float
-        Of the figure [in].
+    height, heading : float
+        Of the panels with what is around them, and of the heading [in].
     aligned : collection of Axes
         Panels above one another, the labels of whose vertical axes are in one line.
     """
-    figure.set_figheight(height)
-    around = {panel: _surroundings(panel) for panel in figure.axes if panel.get_visible()}
-    figure.subplots_adjust(**_margins(figure, around))
+    dpi, figure.dpi = figure.dpi, PER_INCH
+    figure.set_figheight(height + heading)
+    panels = [panel for panel in figure.axes if panel.get_visible()]
+    around = {panel: _surroundings(panel) for panel in panels}
+    figure.subplots_adjust(**_margins(figure, around, PER_INCH * heading))
+    if chosen := [axis for panel in panels for axis in _by_size(panel)]:
+        # Chosen by the size that panels have now, they stay: drawn with other settings, there might be others.
+        for axis in chosen:
+            axis.set_major_locator(FixedLocator(axis.get_majorticklocs().tolist()))
+        around = {panel: _surroundings(panel) for panel in panels}
+        figure.subplots_adjust(**_margins(figure, around, PER_INCH * heading))
     farthest = max((around[panel].labels.get(panel.yaxis, 0.0) for panel in aligned), default=0.0)
     for panel, surroundings in around.items():
         if surroundings.over_axes:
@@ -88,6 +97,14 @@ def place_panels(figure: Figure, height: float, aligned: Collection[Axes] = ()) 
             shift = ScaledTranslation(right, up, figure.dpi_scale_trans)
             # Without fixed places every drawing measures all ticks to find those of the labels.
             axis.set_label_coords(*place, transform=panel.transAxes + shift)
+    figure.dpi = dpi
+
+
+def _by_size(panel: Axes) -> list[Axis]:
+    """The axes of a panel whose ticks Matplotlib chooses by its size."""
+    if not panel.axison or panel.get_axes_locator() is not None:
+        return []
+    return [axis for axis in (panel.xaxis, panel.yaxis) if isinstance(axis.get_major_locator(), AutoLocator)]
 
 
 def _surroundings(panel: Axes) -> Surroundings:
@@ -149,8 +166,8 @@ def _over_baseline(panel: Axes, text: str, size: float) -> float:
     return float(lines.get_window_extent().y1)
 
 
-def _margins(figure: Figure, around: Mapping[Axes, Surroundings]) -> dict[str, float]:
-    """Margins of the grid of a figure and gaps between its panels, as `Figure.subplots_adjust` takes them.
+def _margins(figure: Figure, around: Mapping[Axes, Surroundings], heading: float) -> dict[str, float]:
+    """Margins of the grid under a heading and gaps between its panels, as `Figure.subplots_adjust` takes them.
 
     None are given where the figure is too small for what is around its panels.
     """
@@ -173,6 +190,7 @@ def _margins(figure: Figure, around: Mapping[Axes, Surroundings]) -> dict[str, f
     width, height = figure.bbox.size
     left, right = (max(beside[:, end].max(), 0.0) + EDGE for end in (0, -1))
     top, bottom = (max(between[end].max(), 0.0) + EDGE for end in (0, -1))
+    top += heading
     column_gap = beside[:, 1:-1].max(initial=0.0) + COLUMN_GAP
     row_gap = between[1:-1].max(initial=0.0) + ROW_GAP
     panel_width = (width - left - right - column_gap * (columns - 1)) / columns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, cached_property
@@ -14,9 +14,10 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.image import imsave
 from msgspec import Struct, field
 from msgspec.structs import replace
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from vireport.base.errors import UsageError
 from vireport.base.files import WRITTEN_BY
@@ -261,7 +262,15 @@ def style() -> Iterator[None]:
 
 
 class NotebookFigure(Figure):
-    """A figure that a notebook shows without pyplot."""
+    """A figure that a notebook shows without pyplot.
+
+    Attributes
+    ----------
+    stretch : callable
+        What makes it higher by some inches, and its panels with it.
+    """
+
+    stretch: Callable[[float], None]
 
     def _repr_png_(self) -> bytes:
         return png_of(self)
@@ -323,8 +332,10 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     figure : Figure
     sheet : Sheet
         What it is drawn for.
-    on_paper : Figure or None
-        The same, as high as the first page of a PDF has room for; None where a PDF has it as it is.
+    on_paper : float
+        How much higher the PDF of a report has it [in].
+    recorded : bool
+        Whether a PNG file comes of what is drawn in SVG: otherwise it is drawn again for one.
     """
 
     name: str
@@ -333,7 +344,8 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     alt: str
     figure: Figure
     sheet: Sheet = field(default_factory=sheet)
-    on_paper: Figure | None = None
+    on_paper: float = 0.0
+    recorded: bool = True
 
     def __repr__(self) -> str:
         return f"<Picture {self.name}: {self.title}>"
@@ -348,15 +360,18 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
             drawn = self._drawn
             if drawn.strokes is None:
                 return png_of(self.figure)
-            file, dpi = BytesIO(), self.figure.dpi
-            imsave(file, pixels(drawn, dpi), format="png", dpi=dpi, **PNG_SETTINGS)
+            file, dpi, written = BytesIO(), self.figure.dpi, PngInfo()
+            for key, value in PNG_SETTINGS["metadata"].items():
+                written.add_text(key, value)
+            image = Image.fromarray(pixels(drawn, dpi))
+            image.save(file, "PNG", dpi=(dpi, dpi), pnginfo=written, **PNG_SETTINGS["pil_kwargs"])
             return file.getvalue()
 
     @cached_property
     def _drawn(self) -> Drawn:
         # All figures are in one page, where no two things have the same identifier.
         with drawn_for(self.sheet), style(), matplotlib.rc_context({"svg.hashsalt": self.name}):
-            return drawing(self.figure)
+            return drawing(self.figure, self.recorded)
 
     @cached_property
     def pdf(self) -> bytes:
@@ -382,8 +397,15 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def printed(self) -> bytes:
-        """The figure as a PDF has it, as an SVG file."""
-        return self.svg if self.on_paper is None else replace(self, figure=self.on_paper, on_paper=None).svg
+        """The figure as the PDF of a report has it, as an SVG file."""
+        if not self.on_paper:
+            return self.svg
+        figure: Any = self.figure
+        with drawn_for(self.sheet), style():
+            figure.stretch(self.on_paper)
+            higher = replace(self, on_paper=0.0, recorded=False).svg
+            figure.stretch(-self.on_paper)
+        return higher
 
     @property
     def inline(self) -> str:

@@ -11,6 +11,7 @@ from functools import lru_cache
 from io import StringIO
 from typing import Any, Literal
 
+import numpy as np
 from matplotlib.backend_bases import FigureCanvasBase, RendererBase
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.backends.backend_svg import RendererSVG
@@ -19,6 +20,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D
 from msgspec import Struct
+from numpy.typing import NDArray
 
 PER_INCH = 72
 """Points, in which figures are laid out and drawn."""
@@ -61,13 +63,15 @@ class _Drawing(_Ruler, RendererSVG):
     file : StringIO
     dpi : float
         Pixels to an inch of images, and of what is recorded.
+    recorded : bool
+        Whether what is drawn is recorded.
     """
 
-    def __init__(self, width: float, height: float, file: StringIO, dpi: float) -> None:
+    def __init__(self, width: float, height: float, file: StringIO, dpi: float, recorded: bool) -> None:
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
         super().__init__(width, height, file, image_dpi=dpi, metadata=nothing)  # type: ignore[no-untyped-call]
         self.strokes: list[Stroke] = []
-        self.recorded = True
+        self.recorded = recorded
         self._scale = Affine2D().scale(dpi / PER_INCH)
 
     def open_group(self, s: str, gid: str | None = None) -> None:
@@ -77,8 +81,9 @@ class _Drawing(_Ruler, RendererSVG):
         pass
 
     def draw_path(self, gc: Any, path: Any, transform: Any, rgbFace: Any = None) -> None:
-        own, place = self._kept(gc), self._placed(transform)
-        self.strokes.append(lambda pixels: pixels.draw_path(own, path, place, rgbFace))
+        if self.recorded:
+            own, place = self._kept(gc), self._placed(transform)
+            self.strokes.append(lambda pixels: pixels.draw_path(own, path, place, rgbFace))
         super().draw_path(gc, path, transform, rgbFace)  # type: ignore[no-untyped-call]
 
     def draw_markers(
@@ -90,15 +95,17 @@ class _Drawing(_Ruler, RendererSVG):
         trans: Any,
         rgbFace: Any = None,
     ) -> None:
-        own, form, places = self._kept(gc), self._placed(marker_trans), self._placed(trans)
-        self.strokes.append(lambda pixels: pixels.draw_markers(own, marker_path, form, path, places, rgbFace))
+        if self.recorded:
+            own, form, places = self._kept(gc), self._placed(marker_trans), self._placed(trans)
+            self.strokes.append(lambda pixels: pixels.draw_markers(own, marker_path, form, path, places, rgbFace))
         super().draw_markers(gc, marker_path, marker_trans, path, trans, rgbFace)  # type: ignore[no-untyped-call]
 
     def draw_text(
         self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
     ) -> None:
-        own, at = self._kept(gc), self._scale.transform((x, y))
-        self.strokes.append(lambda pixels: pixels.draw_text(own, *at, s, prop, angle, ismath, mtext))
+        if self.recorded:
+            own, at = self._kept(gc), self._scale.transform((x, y))
+            self.strokes.append(lambda pixels: pixels.draw_text(own, *at, s, prop, angle, ismath, mtext))
         super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)  # type: ignore[no-untyped-call]
 
     def draw_image(self, *args: Any, **kwargs: Any) -> None:
@@ -125,7 +132,7 @@ class _Drawing(_Ruler, RendererSVG):
 
     def _placed(self, transform: Any) -> Any:
         """Where a transform, which may change with the figure, leads to in pixels."""
-        return transform.frozen() + self._scale
+        return Affine2D((transform.frozen() + self._scale).get_matrix())
 
 
 class LayoutCanvas(FigureCanvasBase):
@@ -148,7 +155,7 @@ class Drawn(Struct, frozen=True, eq=False):
     elements : str
         The elements of SVG, the same in every run.
     strokes : tuple of callable, optional
-        What draws it in pixels; None where it holds more than lines, markers and texts.
+        What draws it in pixels; None where it was not recorded, or holds more than lines, markers and texts.
     """
 
     box: str
@@ -162,11 +169,11 @@ class Drawn(Struct, frozen=True, eq=False):
         return width, height
 
 
-def drawing(figure: Figure) -> Drawn:
-    """Draw a figure that is laid out."""
+def drawing(figure: Figure, recorded: bool = True) -> Drawn:
+    """Draw a figure that is laid out, `recorded` where it will be drawn in pixels as well."""
     file, dpi = StringIO(), figure.dpi
     figure.dpi = PER_INCH  # as it was laid out, so that nothing moves
-    renderer: Any = _Drawing(*figure.bbox.size, file, dpi)
+    renderer: Any = _Drawing(*figure.bbox.size, file, dpi, recorded)
     figure.draw(renderer)
     renderer.finalize()
     figure.dpi = dpi
@@ -180,10 +187,10 @@ def drawing(figure: Figure) -> Drawn:
     return Drawn(f"0 0 {head['width']} {head['height']}", elements, strokes)
 
 
-def pixels(drawn: Drawn, dpi: float) -> Any:
-    """What was drawn, in pixels: an image of four channels."""
+def pixels(drawn: Drawn, dpi: float) -> NDArray[np.uint8]:
+    """What was drawn, in pixels of three channels."""
     width, height = (float(side) * dpi / PER_INCH for side in drawn.size)
     renderer: Any = RendererAgg(width, height, dpi)  # type: ignore[no-untyped-call]
     for stroke in drawn.strokes or ():
         stroke(renderer)
-    return renderer.buffer_rgba()
+    return np.ascontiguousarray(np.asarray(renderer.buffer_rgba())[:, :, :3])

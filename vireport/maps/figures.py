@@ -17,7 +17,7 @@ from vireport.figures.alongside import Paper
 from vireport.figures.captions import held_by
 from vireport.figures.layout import Entry, blank, finished, panel_size, prefix, round_ticks
 from vireport.figures.planes import DESIGN, mark_design
-from vireport.figures.style import HALO, LOCI, Color, Look, Picture, Pixel, sheet, style
+from vireport.figures.style import HALO, LOCI, Color, Look, NotebookFigure, Picture, Pixel, sheet, style
 from vireport.figures.sweeps import OUTCOMES
 from vireport.maps.cells import MapPlan, axis_values
 from vireport.maps.design import MapDesign
@@ -214,7 +214,7 @@ def _types(drawing: MapFigure, *kinds: Stability) -> list[Area]:
 
 def _of_stable(
     drawing: MapFigure, values: Floats, colors: str, label: str, ends: tuple[float, float] | None = None
-) -> tuple[Figure, Axes]:
+) -> tuple[NotebookFigure, Axes]:
     """A figure with values where the motion is stable, from the least to the largest where no ends are given."""
     figure, axes = _blank(drawing)
     code = drawing.raster.columns["stability"]
@@ -291,7 +291,7 @@ def _height() -> float:
     return HEIGHT * min(1.0, sheet().width / 5)
 
 
-def _blank(drawing: MapFigure) -> tuple[Figure, Axes]:
+def _blank(drawing: MapFigure) -> tuple[NotebookFigure, Axes]:
     """A figure with the axes of a map."""
     figure, ((axes,),) = blank(1)
     axes.patch.set(**NO_CELL)
@@ -319,12 +319,12 @@ def _edges(values: Floats) -> Floats:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
-def _finished(figure: Figure, axes: Axes, drawing: MapFigure, types: Sequence[Area], note: str = "") -> Figure:
+def _finished(figure: NotebookFigure, axes: Axes, drawing: MapFigure, types: Sequence[Area], note: str = "") -> Figure:
     """Draw the curves, white under each so that it shows on any colour, and the design point; name what there is.
 
     Parameters
     ----------
-    figure : Figure
+    figure : NotebookFigure
     axes : Axes
     drawing : MapFigure
     types : sequence of Area

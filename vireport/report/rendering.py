@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Set
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -65,7 +65,7 @@ def render_files(
     `on_pages` alone are no files. The other parameters and the errors are those of `render_pdf`.
     """
     files = dict[str, bytes]()
-    with _offline(), ThreadPoolExecutor(max_workers=1) as beside:
+    with _offline(), _styled(report), ThreadPoolExecutor(max_workers=1) as beside:
         # Matplotlib is made for one thread, which is this one: the other takes drawings that are made already.
         vectors = report.pictures if formats & {"html", "pdf", "svg"} else {}
         drawings = {f"{name}.svg": picture.svg for name, picture in vectors.items()}
@@ -87,6 +87,15 @@ def render_files(
         if pdf is not None:
             files["report.pdf"] = pdf.result()
     return files | (drawings if "svg" in formats else {}) | others
+
+
+def _styled(report: AnyReport) -> AbstractContextManager[None]:
+    """The look of the figures of a report, so that it is not looked up for each drawing."""
+    if not report.pictures:
+        return nullcontext()
+    from vireport.figures.style import style
+
+    return style()
 
 
 @_offline()
