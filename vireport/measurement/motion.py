@@ -392,7 +392,7 @@ def _mean(
 
 
 def _covariance(adjustment: Adjusted, of_times: Array, of_unknowns: Array) -> Array:
-    """Covariance (k, k) of quantities, by derivatives by errors of times (k, n) and by what is fitted to these (k, p)."""
+    """Covariance (k, k) of quantities, by derivatives by errors of times (k, n) and by fitted unknowns (k, p)."""
     square = adjustment.timing_error_s**2
     if square == 0:
         return np.zeros((len(of_times), len(of_times)))

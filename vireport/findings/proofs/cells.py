@@ -13,11 +13,19 @@ Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 PROVED, OPEN = -1, -2
-"""What a cell that is not halved came to; what is halved has the number of the coordinate along which it is."""
+"""Codes of cells that are not halved; that of a halved one is the number of the coordinate along which it is."""
 
 
 class Cells(Struct, frozen=True, eq=False):
-    """Rectangles of two coordinates: ends (2, k), and the impact of the motion that each is about (k,)."""
+    """Rectangles of two coordinates.
+
+    Attributes
+    ----------
+    low, high : ndarray (2, k)
+        Ends of each coordinate.
+    impact : ndarray of int (k,)
+        The impact of a motion that each cell is about.
+    """
 
     low: Floats
     high: Floats
@@ -31,7 +39,7 @@ class Cells(Struct, frozen=True, eq=False):
 
     @property
     def smallest(self) -> Floats:
-        """The smallest size of the second coordinate in each."""
+        """Least modulus of the second coordinate in each cell, which does not change its sign in it."""
         return np.asarray(np.minimum(np.abs(self.low[1]), np.abs(self.high[1])))
 
     @property
@@ -40,7 +48,7 @@ class Cells(Struct, frozen=True, eq=False):
         return np.asarray(np.prod(self.high - self.low, axis=0))
 
     def halves(self, coordinate: Ints) -> Cells:
-        """Both halves of each, the lower one first."""
+        """Both halves of each cell along a coordinate (k,), the lower one first: (2 k) cells."""
         low, high = np.repeat(self.low, 2, axis=1), np.repeat(self.high, 2, axis=1)
         lower = 2 * np.arange(len(coordinate))
         middle = (low[coordinate, lower] + high[coordinate, lower]) / 2
@@ -49,21 +57,25 @@ class Cells(Struct, frozen=True, eq=False):
 
 
 class Halving:
-    """Cells, and those that they have been halved into.
+    """A binary tree of cells: the first ones, and those that they have been halved into.
+
+    Invariant: the cells that are not halved cover the first ones, without overlap.
 
     Attributes
     ----------
     cells : Cells
+        All of them, in the order in which they came to be.
     code : ndarray of int
         Of each: `PROVED`, `OPEN`, or the coordinate along which it was halved.
     """
 
     def __init__(self, first: Cells) -> None:
         self.cells, self._first = first, len(first)
+        # The number of the lower half of each cell that is halved; the upper one is next.
         self.code, self._child = np.full(len(first), OPEN), np.zeros(len(first), np.intp)
 
     def halve(self, rows: Ints, coordinate: Ints) -> Ints:
-        """Halve some cells; the numbers of their halves."""
+        """Halve some cells along a coordinate each; returns the numbers of their halves."""
         new = len(self.code) + np.arange(2 * len(rows))
         self.code[rows], self._child[rows] = coordinate, new[::2]
         self.cells = joined_cells([self.cells, self.cells[rows].halves(coordinate)])
@@ -73,7 +85,10 @@ class Halving:
 
     @property
     def codes(self) -> Ints:
-        """The codes generation by generation, each from the lower half of the first cell on."""
+        """The codes generation by generation, each from the lower half of the first cell on.
+
+        With the first cells they say all: where a cell is, follows from the codes of those it was halved from.
+        """
         of, rows = [], np.arange(self._first)
         while rows.size:
             of.append(self.code[rows])
@@ -82,13 +97,13 @@ class Halving:
 
 
 def joined_cells(parts: Sequence[Cells]) -> Cells:
-    """Cells of several, one after the other."""
+    """Several arrays of cells as one, in their order."""
     low, high = (np.concatenate([getattr(part, end) for part in parts], axis=1) for end in ("low", "high"))
     return Cells(low, high, np.concatenate([part.impact for part in parts]))
 
 
 def generations(first: Cells, codes: Ints) -> Iterator[tuple[Cells, Ints]]:
-    """The cells of each generation with their codes, from the first ones and all codes.
+    """Rebuild the cells of each generation with their codes, from the first cells and `Halving.codes`.
 
     Raises
     ------
@@ -98,6 +113,7 @@ def generations(first: Cells, codes: Ints) -> Iterator[tuple[Cells, Ints]]:
     cells = first
     while len(cells):
         code, codes = codes[: len(cells)], codes[len(cells) :]
+        # Codes may come from a file: they are claims.
         if len(code) < len(cells) or (code > 1).any() or (code < OPEN).any():
             raise ValueError("the cells of the proof are not complete")
         yield cells, code

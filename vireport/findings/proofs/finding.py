@@ -1,4 +1,4 @@
-"""What proofs bring to a study: that a motion is reached from rest, from which starts, and which shocks it survives."""
+"""Proofs as an addition to a study: a motion is reached from rest, from a share of all starts, and survives shocks."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ class ProofsFinding(AddedFinding["Proved"]):
     within = "disturbances"
 
     def steps(self) -> Iterator[DeclaredStep]:
-        """One step, listed where it is asked for."""
+        """One step, listed where the scenario requests proofs."""
         from vireport.study.plan import DESIGN, FLINT, AddedTask, DeclaredStep, Precondition
 
-        asked = Precondition(
+        requested = Precondition(
             lambda scenario, _: scenario.disturbances and scenario.disturbances.prove, "nothing is to be proved"
         )
         what = "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
-        yield DeclaredStep(AddedTask("proof", what), (DESIGN, FLINT), "disturbances.prove is true", (asked,))
+        yield DeclaredStep(AddedTask("proof", what), (DESIGN, FLINT), "disturbances.prove is true", (requested,))
 
     def find(self, study: Study, say: Progress) -> Proved | None:
         """Prove what can be proved of the stable motions."""
         from vireport.findings.proofs.proved import proved_of
         from vireport.study.plan import Task
 
-        known, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
-        return None if known is None else proved_of(study.solution, known, study.withstood, compiled, say)
+        behaviour, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
+        return None if behaviour is None else proved_of(study.solution, behaviour, study.withstood, compiled, say)
 
     def results_within(self, block: Mapping[str, Any], found: Proved | None) -> Mapping[str, Any]:
         """The block on disturbances with what is proved: of the start from rest, of shocks, and with what it takes."""

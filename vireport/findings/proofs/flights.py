@@ -27,12 +27,13 @@ Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 FIRST, SECOND, ERRORS, TIME = 0, 1, slice(2, 4), 4
-"""Symbols of a set: its two coordinates, two of what has been rounded up since, and one of time within a flight."""
+"""Noise symbols of the affine numbers of a set: of its two coordinates, two of the errors that its rounding up to a
+parallelogram has collected, and one of time within a flight."""
 
 SYMBOLS = 5
 
 WIDER = 2.0
-"""Width of the tube in which the end of a flight is looked for, over what the middle of the tube asks for."""
+"""Width of the tube in which the end of a flight is looked for, over the largest Newton correction in its middle."""
 
 THINNEST = 1e-13
 """Least width of that tube, of the size of rounding."""
@@ -41,8 +42,8 @@ PARTS, HALVINGS = 6, 5
 """Parts of a flight, and how often one is halved before it is left open whether the ball meets a membrane there."""
 
 SLOW, LONGEST_TOUCH, MISSED_BY = 0.3, 0.3, 1e-9
-"""Velocity [y_c] of an impact that others of a set may miss, time [t_c] until it would turn, and by how much of the
-half length it is then thought to have missed."""
+"""Largest velocity [y_c] of an impact of which neighbours may miss the membrane, largest time [t_c] until they would
+turn, and the distance from the membrane at which they are then thought to turn, over the half length."""
 
 
 class Sets(Struct, frozen=True, eq=False):
@@ -101,7 +102,7 @@ class ImpactSets(Struct, frozen=True, eq=False):
 
 
 def joined(parts: Sequence[ImpactSets]) -> ImpactSets:
-    """Sets of several, one after the other."""
+    """Several arrays of sets as one, in their order."""
     columns = zip(*([getattr(part, name) for name in ImpactSets.__struct_fields__] for part in parts), strict=True)
     return ImpactSets(*(_concatenated(list(column)) for column in columns))
 
@@ -114,34 +115,48 @@ def _concatenated(parts: list[Any]) -> Any:
 
 
 def exact(value: Floats) -> Affine:
-    """Doubles as the numbers that they are."""
+    """Doubles (k,) as affine numbers without any error."""
     return Affine(value, np.zeros((SYMBOLS, len(value))), np.zeros(len(value)))
 
 
 def enclosed(groups: Groups[float]) -> Groups[Any]:
-    """The groups as computed in doubles, by at most a dozen roundings, with a bound of these; r is exact."""
+    """Groups of affine numbers that enclose the exact ones, from those in doubles, which a dozen roundings made.
+
+    The restitution is a number of the scenario, and so exact.
+    """
     d, gbar = exact(np.array([groups.d])), exact(np.array([groups.gbar]))
     d.radius[:], gbar.radius[:] = AFFINE_ROUNDING * groups.d, AFFINE_ROUNDING * groups.gbar
     return Groups(d, gbar, groups.restitution)
 
 
 def restitutions(groups: Groups[Any], wall: Ints) -> Floats:
-    """Restitution coefficients of membranes."""
+    """Restitution coefficients at membranes (k,), 1 bottom and -1 top."""
     return np.asarray(np.where(wall > 0, groups.restitution_at(1), groups.restitution_at(-1)), dtype=float)
 
 
 def after_impact(groups: Groups[Any], impacts: ImpactSets, rows: Any) -> Sets:
-    """The sets that begin the next flights, by the impacts that end those before: some of them."""
+    """Sets of states just after impacts, with which the next flights begin, for some rows of the impacts."""
     wall, count = impacts.wall[rows], len(impacts.wall[rows])
     time, velocity = merged(impacts.time[rows], impacts.velocity[rows])
+    # Whole periods are taken off: the rounding of pi times the time would grow with it.
     time = time - 2.0 * np.floor(time.centre / 2)
     return Sets(wall, time, velocity * -restitutions(groups, wall), exact(np.zeros(count)), exact(np.zeros(count)))
 
 
 def merged(time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
-    """Sets that hold given ones, whose rest is a parallelogram of two symbols instead of one that has sides.
+    """Enclosures of sets in which all errors are in the two symbols `ERRORS`: a rectangle instead of a zonotope.
 
-    By the axes of its longer side: sides that have become nearly parallel would otherwise blow up (Lohner's method).
+    Lohner's method: the rectangle has the axes of the longest error, as a box along time and velocity would grow with
+    each flight (the wrapping effect).
+
+    Parameters
+    ----------
+    time, velocity : Affine (k,)
+
+    Returns
+    -------
+    time, velocity : Affine (k,)
+        Without radius.
     """
     spread = np.stack([time.linear[ERRORS], velocity.linear[ERRORS]])  # coordinate, symbol, set
     rest = np.stack([time.radius, velocity.radius])
@@ -160,7 +175,16 @@ def merged(time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
 
 
 class _Flights(Struct, frozen=True, eq=False):
-    """The formulae of the flights of some sets, and what they share."""
+    """Flights of sets of states, (2.11) and (2.12) in affine arithmetic.
+
+    Attributes
+    ----------
+    sets : Sets
+        With which they begin.
+    groups : Groups of Affine
+    sine, cosine : Affine (k,)
+        Of the forcing phase at the impact with which they begin.
+    """
 
     sets: Sets
     groups: Groups[Any]
@@ -193,7 +217,7 @@ class _Flights(Struct, frozen=True, eq=False):
         return velocity * self.away
 
     def missed(self, t: Affine, cosine: Affine, far: Mask) -> Affine:
-        """Distance covered less that at which the membrane is that is to be met."""
+        """Distance covered less that at which the membrane at the end is, the other one where `far`."""
         target: Affine = self.groups.d * far.astype(float)
         return self.covered(t, cosine) - target
 
@@ -240,12 +264,14 @@ def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tu
     if not rows.size:
         return rows, past[rows], past[rows]
     touch = _touches(way[rows], past.wall[rows] != sets.wall[rows], past.duration[rows])
+    # One membrane only, and not at an end of the flight: else touches cannot be told from the other impacts.
     once = (touch.near != touch.far) & (touch.first > 0) & (touch.last < 1) & ~touch.beyond
     rows, touch = rows[once], _Touches(*(column[once] for column in touch))
     flights, since = way[rows], sets.since[rows]
     passed = since + (past.duration[rows] - since) * between(touch.first, touch.last, TIME, SYMBOLS)
     speed = flights.speed(passed, flights.waves(passed)[0])
-    # Not slower than at rest, and not faster than anything in that time.
+    # A touch is an impact with a velocity between zero and the largest in that time: it need not be known better, as
+    # the ball leaves it as slowly.
     fastest = np.maximum(np.where(touch.far, speed.upper, -speed.lower), 0.0)
     wall = np.where(touch.far, -sets.wall[rows], sets.wall[rows])
     linear, size = np.zeros((SYMBOLS, len(rows))), fastest / 2
@@ -256,20 +282,25 @@ def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tu
 
 @np.errstate(all="ignore")  # what is not defined is not finite, and proves nothing
 def _ends(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[_Flights, ImpactSets]:
-    """The flights of some sets, and their ends, whatever there is on the way."""
+    """Flights of sets and the impacts that end them, as if no membrane were on the way; `proved` of the ends only."""
     phase = AFFINE.pi * sets.time
     way = _Flights(sets, groups, AFFINE.sin(phase), AFFINE.cos(phase))
     wall = np.where(guesses[:, 0] > 0, 1, -1)
     far = wall != sets.wall
     duration, ends = _duration(way, far, sets.since.centre + guesses[:, 1])
     ends &= guesses[:, 0] != 0
+    # The end must be crossed outwards by all states; a graze of some is not an end of the others.
     speed = _forgotten(way.speed(duration, way.waves(duration)[0]))
     ends &= np.where(far, speed.lower > 0, speed.upper < 0)
     return way, ImpactSets(ends, wall, sets.time + duration, speed * way.away, duration)
 
 
 def _duration(way: _Flights, far: Mask, guess: Floats) -> tuple[Affine, Mask]:
-    """Time until the membrane is met, and whether it surely is at one time in a tube about a linear prediction."""
+    """Time of flight to a membrane, enclosed, and whether every state of the set surely meets it once in that time.
+
+    An interval Newton step: in a tube about the linear prediction of the time, in which the velocity is not zero, the
+    distance from the membrane has exactly one zero if a Newton step from the middle of the tube stays inside it.
+    """
     start = exact(np.nan_to_num(guess))
     sine, cosine = way.waves(start)
     distance, speed = way.missed(start, cosine, far), way.speed(start, sine).centre
@@ -289,14 +320,14 @@ def _duration(way: _Flights, far: Mask, guess: Floats) -> tuple[Affine, Mask]:
 
 
 def _forgotten(x: Affine) -> Affine:
-    """The number, with what depends on time as a part of its rest."""
+    """An affine number whose dependence on the time symbol is made a part of its radius."""
     linear = x.linear.copy()
     rest, linear[TIME] = np.abs(x.linear[TIME]), 0.0
     return Affine(x.centre, linear, x.radius + rest)
 
 
 class _Touches(NamedTuple):
-    """Where flights may meet a membrane before their ends, as shares of their time, arrays (k,).
+    """Parts of flights in which the ball may meet a membrane before their ends, arrays (k,).
 
     Attributes
     ----------
@@ -322,7 +353,7 @@ class _Touches(NamedTuple):
 
 @np.errstate(all="ignore")
 def _touches(way: _Flights, far: Mask, duration: Affine) -> _Touches:
-    """Where the ball may meet a membrane before the end of its flight.
+    """Find the parts of flights in which it is not ruled out that the ball meets a membrane before the end.
 
     The flight is cut into parts, and those are halved that are open. Next to a membrane, where the distance is zero at
     one end, the sign of the velocity settles it, or that of the acceleration: what is convex is above its tangent.
@@ -342,8 +373,10 @@ def _touches(way: _Flights, far: Mask, duration: Affine) -> _Touches:
         left, bend = -covered + part.groups.d, part.groups.pull(cosine) * part.away
         first, last, across = place == 0, place == parts - 1, far[row]
         rising, falling = speed.lower > 0, speed.upper < 0
+        # Clear of the membrane left: above zero all the time, or rising from it at first, or falling to it at last.
         clear = (covered.lower > 0) | (first & (rising | (leaves[row] & (bend.lower > 0))))
         clear |= last & ~across & (falling | (bend.lower > 0))
+        # Short of the other membrane, likewise.
         short = (left.lower > 0) | (first & falling) | (last & across & (rising | (bend.upper < 0)))
         touch.beyond[row[(covered.upper < 0) | (left.upper < 0)]] = True
         still = ~(clear & short) & ~touch.beyond[row]
@@ -374,9 +407,13 @@ def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
 
 
 def simulated_past(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> Floats:
-    """Simulated next impacts, but where the middle of a set strikes a membrane slowly, as if it had just missed it."""
+    """Simulated next impacts, of middles that strike a membrane slowly those after it, as if they had just missed it.
+
+    Parameters and result are as of `simulated`; `guesses` are its result.
+    """
     wall, time, velocity = guesses.T
     phase = pi * (sets.time.centre + sets.since.centre + time)
+    # A ball that just misses turns after about |v/Z''|: from there, next to the membrane and at rest, it flies on.
     turn = np.abs(velocity) / np.abs(groups.pull(np.cos(phase)))
     slow = np.flatnonzero((wall != 0) & (np.abs(velocity) < SLOW) & (turn < LONGEST_TOUCH))
     rows = np.zeros((len(slow), 4))

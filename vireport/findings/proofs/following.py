@@ -32,7 +32,7 @@ Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 LARGEST = 0.25
-"""Half width in time [t_c] or velocity [y_c] from which a set is not followed any further: its parts are."""
+"""Half width in time [t_c] or velocity [y_c] from which a set is given up: halves of its cell are followed instead."""
 
 LAPS, MOST_LAPS = 12, 400
 """Periods that sets are followed: so many and those in which deviations fade to the size of the region; and at most."""
@@ -98,6 +98,7 @@ def flown(goal: Goal, sets: Sets, guesses: Floats | None = None) -> tuple[Impact
     if not failing.size:
         return impacts, np.arange(count), failing
     guesses = simulated_past(groups, sets[failing], guesses[failing], goal.compiled)
+    # What fails may be a graze: some states touch the membrane, others pass it, and both go on as sets of their own.
     touch, past, touching = impacts_past_a_touch(exactly, sets[failing], guesses)
     ends, both = np.flatnonzero(impacts.proved), failing[touch]
     return joined([impacts[ends], past, touching]), np.concatenate([ends, both, both]), np.delete(failing, touch)
@@ -146,6 +147,6 @@ def is_small(impacts: ImpactSets) -> Mask:
 
 
 def longer(time: Affine, velocity: Affine) -> Ints:
-    """The coordinate of a set along which it is longer."""
+    """The coordinate, `FIRST` or `SECOND`, of the cell along which a set that came of it is longer: to be halved."""
     size = np.hypot(time.linear, velocity.linear)
     return np.where(size[SECOND] > size[FIRST], SECOND, FIRST)

@@ -84,6 +84,7 @@ class Itineraries(Struct, frozen=True, eq=False):
 
     def with_returns(self, rows: Ints, impacts: ImpactSets) -> Itineraries:
         """The itineraries where some, each once, have one more return: sets of impacts on the bottom membrane."""
+        # One box each: advanced indexing would count a row that stands twice only once.
         returns, box = self.returns.copy(), self.box.copy()
         time, velocity = impacts.time, impacts.velocity
         box[rows, returns[rows]] = np.stack([time.lower, time.upper, velocity.lower, velocity.upper], axis=1)
@@ -138,6 +139,7 @@ def follow_cells(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
     itineraries, halved = Itineraries.begun(count), longer(time, velocity)
     struck = ImpactSets(np.ones(count, dtype=bool), np.full(count, BOTTOM), time, velocity, time)
     fronts = _Fronts(np.arange(count), struck)
+    # By turns: look who has arrived, and let the others fly.
     for _ in range(patience(goal.trap)):
         itineraries, departing, sets = _departing(goal, itineraries, fronts)
         if not departing.size:
@@ -154,6 +156,7 @@ def _departing(goal: Goal, itineraries: Itineraries, fronts: _Fronts) -> tuple[I
     trap, exactly, impacts = goal.trap, enclosed(goal.groups), fronts.impacts
     inside = trap.holds(impacts.wall, impacts.time, impacts.velocity)
     itineraries = itineraries.with_arrivals(fronts.itinerary[inside])
+    # Impacts on the top are not compared with the region, which is about one on the bottom, and always go on.
     deviation = trap.size(*trap.deviations(impacts.time, impacts.velocity))
     near = (impacts.wall != BOTTOM) | (deviation < NEAR * trap.radius)
     goes_on = np.flatnonzero(~inside & ((itineraries.returns[fronts.itinerary] < RETURNS) | near))

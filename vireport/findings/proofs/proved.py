@@ -1,4 +1,4 @@
-"""What is proved of the stable motions at a design point: which shares of starts come there, and what shocks do."""
+"""Proofs about the stable motions at a design point: what comes to them, from rest or not, and which shocks die out."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ DIGITS = 4
 
 
 class Unproved(StrEnum):
-    """Why nothing is proved, before it is tried."""
+    """Reasons for which no proof is tried."""
 
     NO_MOTION = "no 1:1 motion is stable"
     NO_GRAVITY = "gravity along the capsule was neglected, so that the device computed is not the scenario's"
@@ -56,11 +56,11 @@ REFUSED = {
     Destination.CHAOTIC: Unproved.NOT_PERIODIC,
     Destination.UNDECIDED: Unproved.NOT_PERIODIC,
 }
-"""Why what the simulation says of the ball from rest is not proved."""
+"""Reasons for which the simulated destination of the ball from rest is not proved."""
 
 
 class Arrival(Struct, frozen=True, eq=False):
-    """Whether the ball is proved to come to a motion that is pressed onto the bottom membrane when the force sets in.
+    """A proof, or why there is none, that a ball at rest on the bottom membrane comes to a motion.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Arrival(Struct, frozen=True, eq=False):
 
 
 class Proved(Struct, frozen=True, eq=False):
-    """What is proved of the stable 1:1 motions at a design point.
+    """Proofs about the stable 1:1 motions at a design point.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ class Proved(Struct, frozen=True, eq=False):
 
 
 def rounded_down(value: float) -> float:
-    """A positive number with `DIGITS` significant digits, below one that is known to rounding."""
+    """A positive bound with `DIGITS` significant digits, below one that is exact to rounding."""
     return float(Context(prec=DIGITS, rounding=ROUND_FLOOR).create_decimal_from_float(value * (1 - 1e-14)))
 
 
@@ -138,7 +138,7 @@ def proved_of(
     compiled: bool,
     progress: Progress | None = None,
 ) -> Proved | None:
-    """Prove what can be of the motions at the design point; None without one.
+    """Prove as much as possible of the motions at the design point; None without a design point.
 
     Parameters
     ----------
@@ -160,6 +160,7 @@ def proved_of(
     refused = _refused(device, groups)
     if refused is not None:
         return Proved(unit, Arrival(reason=refused), unproved=refused)
+    # Unstable motions are on the borders of basins: their stable manifolds say how far proofs about shocks can reach.
     motions, companions = stable_and_unstable(design, device)
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)
@@ -181,6 +182,7 @@ def _sections(
     """The shares of the section that are proved to come into each of some regions."""
     regions = list(dict.fromkeys(trap for trap in traps if trap is not None))
     fastest = max((float(np.abs(trap.motion.velocity).max()) for trap in regions), default=0.0)
+    # All sections reach as far as random starts do, so that shares can be compared with what is simulated.
     farthest = float(start_speed(groups.restitution, fastest))
     return tuple(
         proved_section(Goal(groups, trap, _released_into(device, groups, trap, compiled), compiled), farthest)
@@ -197,6 +199,7 @@ def _released_into(device: Device, groups: Groups[float], trap: Trap, compiled: 
         ends = endings(groups, pressed, [core_of(groups, trap.motion, compiled)], compiled=compiled)
     except NumericalError:  # too near a critical point: what is not told by simulation is not tried
         return set()
+    # Simulated first: a proof in ball arithmetic is tried only where it can succeed.
     simulated = [wall for wall, end in zip((1, -1), ends.tolist(), strict=True) if end == 0]
     return {wall for wall in simulated if _release(device, [trap], wall).proved}
 
@@ -212,7 +215,7 @@ def _farthest(
     if least is not None and least.jump is not None:
         return least.jump
     fastest = max(float(np.abs(motion.velocity).max()) for motion in motions)
-    if not compiled:  # the manifold takes a hundred thousand flights
+    if not compiled:  # the manifold takes a hundred thousand flights, and a bound that is too large costs effort only
         return fastest
     on = (
         float(np.abs(line.jump).min())
@@ -225,6 +228,7 @@ def _farthest(
 
 
 def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
+    """Why nothing is proved of a device, whatever its motions; None of others."""
     if groups.gbar == 0 and device.inclination_deg != 0:
         return Unproved.NO_GRAVITY
     if any(groups.restitution_at(wall) == 0 for wall in (1, -1)):
@@ -235,7 +239,7 @@ def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
 def _arrival(
     device: Device, groups: Groups[float], disturbances: Disturbances, traps: list[Trap], compiled: bool
 ) -> Arrival:
-    """Prove what the simulation says that the ball from rest comes to."""
+    """Prove that the ball from rest comes to the motion that it does in the simulation, or say why not."""
     end = disturbances.from_rest
     refused = Unproved.RAMP if disturbances.ramp_periods else None if end is None else REFUSED.get(end.destination)
     if end is None or refused is not None:
@@ -259,12 +263,12 @@ def _release(device: Device, traps: list[Trap], wall: int = BOTTOM) -> Arrival:
 
 
 def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
-    """A region around the motion of another word that the ball comes to."""
+    """A trapping region about the motion of another word that the ball from rest comes to; None without one."""
     return None if end.cycle is None else trap_of(groups, end.cycle.motion(groups.d), compiled)
 
 
 class ProvedRegion(Struct, frozen=True, eq=False):
-    """What is to be proved again of a region: the motion that it is about, its metric and its radius."""
+    """A claimed trapping region: the motion that it is about, its metric and its radius, see `Trap`."""
 
     motion: Motion
     metric: NDArray[np.float64]
@@ -293,7 +297,7 @@ class Rechecked(Struct, frozen=True):
 
 
 class ClaimedSection(Struct, frozen=True, eq=False):
-    """What is to be proved again of the section: a region, how far it reaches [y_c], cells of it and of moments."""
+    """A claimed proof about the section: region, largest velocity [y_c], cells and moments, see `Section`."""
 
     region: ProvedRegion
     fastest: float
@@ -307,7 +311,16 @@ def prove_again(
     shocks: list[tuple[ProvedRegion, float, NDArray[np.intp]]],
     sections: Sequence[ClaimedSection] = (),
 ) -> Rechecked:
-    """Go through proofs once more: of the ball from rest, of shocks by region, largest size and cells, of sections.
+    """Go through claimed proofs once more.
+
+    Parameters
+    ----------
+    device : Device
+    from_rest : ProvedRegion or None
+        The region that the ball from rest is claimed to enter.
+    shocks : list of (ProvedRegion, float, ndarray)
+        Regions, with the largest size [y_c] and the codes of the cells of each.
+    sections : sequence of ClaimedSection
 
     Raises
     ------
@@ -321,8 +334,10 @@ def prove_again(
         return Rechecked(False, 0.0)
 
     def again(region: ProvedRegion) -> Trap | None:
+        """The region, proved once more."""
         return proved_trap(groups, region.motion, region.metric, region.radius, compiled=False)
 
+    # What is not proved again counts as nothing.
     start = None if from_rest is None else again(from_rest)
     from_rest_proved = start is not None and _release(device, [start]).proved
     bounds = []

@@ -1,7 +1,7 @@
-"""The ball that a membrane releases from rest, followed in ball arithmetic into a region that a motion attracts.
+"""The trajectory of a ball that a membrane releases from rest, proved in ball arithmetic to enter a trapping region.
 
 Neighbouring trajectories part by a factor of some million in ten impacts before they settle: the precision is raised
-until what is left of it tells each impact. The scenario's doubles are the exact numbers that they are.
+until enough of it is left at each impact. The scenario's doubles are taken as exact.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ PRECISIONS = (256, 512, 1024, 2048)
 """Bits of the arithmetic, tried in this order."""
 
 MOST_IMPACTS = 600
-"""Impacts after which it is given up."""
+"""Impacts after which a ball that is in no region is given up."""
 
 
 def reaches(
     device: Device, traps: Sequence[Trap], bits: Sequence[int] = PRECISIONS, wall: int = BOTTOM
 ) -> tuple[Trap, int, int]:
-    """The first of some regions that the ball from rest is proved to come into, with impacts until then and bits.
+    """Prove that a ball that a membrane releases from rest enters one of some trapping regions.
 
     Parameters
     ----------
@@ -45,23 +45,39 @@ def reaches(
     wall : int
         The membrane on which the ball lies: 1 bottom, -1 top.
 
+    Returns
+    -------
+    trap : Trap
+        The first region that it enters.
+    impacts : int
+        Until then.
+    bits : int
+        Precision with which that is proved.
+
     Raises
     ------
     UnprovedError
         If that is not proved, with the reason.
     """
-    for tried in bits:
+    for precision_bits in bits:
         try:
-            with precision(tried):
-                return *_followed(device, traps, wall), tried
+            with precision(precision_bits):
+                return *_followed(device, traps, wall), precision_bits
         except UnprovedError as failure:
             reason = failure
     raise reason
 
 
 def _followed(device: Device, traps: Sequence[Trap], wall: int) -> tuple[Trap, int]:
+    """The first region that the released ball enters, and impacts until then, in the precision that is set.
+
+    Raises
+    ------
+    UnprovedError
+    """
     ops, at = BallOps(), (Parameter.LENGTH, device.length_m)
     groups, doubles = device.groups(*at, ops), device.groups(*at).as_floats()
+    # Regions are proved for groups within a rounding of the doubles: those in balls must be such.
     for exactly, double in zip(groups.numbers, doubles.numbers, strict=True):
         if not abs(exactly - ball(double)) <= ball(AFFINE_ROUNDING) * abs(double):
             raise UnprovedError("rounding has moved the device by more than its regions allow for")
@@ -75,13 +91,29 @@ def _followed(device: Device, traps: Sequence[Trap], wall: int) -> tuple[Trap, i
             if wall == trap.motion.word.walls[0] and _holds(trap, time, velocity):
                 return trap, impacts
         after = groups.after(wall, velocity)
+        # A ball that contains 0 may be an impact or a miss.
         if not after * wall < 0:
             raise UnprovedError("an impact is too slow to be told from none")
     raise UnprovedError(f"it is not there after {MOST_IMPACTS} impacts")
 
 
 def _flight(groups: Groups[Ball], doubles: Groups[float], wall: int, time: Ball, after: Ball) -> tuple[Flight, int]:
-    """The flight that begins with an impact, with its time enclosed, and the membrane that it ends at."""
+    """Enclose the flight that begins with an impact, and prove at which membrane it ends.
+
+    Parameters
+    ----------
+    groups, doubles : Groups
+        In balls and in doubles.
+    wall : int
+        The membrane that is left.
+    time, after : Ball
+        Of the impact [t_c], and velocity just after it [y_c]; zero of a ball that is released from rest.
+
+    Raises
+    ------
+    UnprovedError
+        If another impact, or none, is not ruled out.
+    """
     ops, at_rest = BallOps(), bool(after == 0)
     phase = float(np.mod(pi * float(time.mid()), TURN)) % TURN
     start = (float(wall), 0.0, -float(after.mid()) / doubles.restitution_at(wall), phase)
@@ -108,6 +140,7 @@ def _flight(groups: Groups[Ball], doubles: Groups[float], wall: int, time: Ball,
 
 
 def _holds(trap: Trap, time: Ball, velocity: Ball) -> bool:
+    """Whether a state before an impact is surely in a region: |M x| <= radius for all of the ball."""
     whole = 2 * round((float(time.mid()) - float(trap.motion.time[0])) / 2)
     late, fast = time - whole - ball(float(trap.motion.time[0])), velocity - ball(float(trap.motion.velocity[0]))
     (a, b), (_, c) = ([ball(entry) for entry in row] for row in trap.metric.tolist())

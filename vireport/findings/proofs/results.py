@@ -1,4 +1,4 @@
-"""What is proved of disturbances as plain data, for results.json, and what can be proved once more from that alone."""
+"""Proofs about disturbances as plain data, for results.json, and checked once more from that data alone."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vireport.study.results import results_block
 
 
 def proof_data(proved: Proved) -> dict[str, Any]:
-    """What it takes to go through the proofs once more: the regions, and the cells of shocks."""
+    """Plain data of proofs, as much as it takes to check them: regions, and cells of shocks and of the section."""
     arrival, sections = proved.arrival, proved.sections
     claimed = (*(shocks.trap for shocks in proved.shocks), *(section.trap for section in sections), arrival.trap)
     regions = list(dict.fromkeys(trap for trap in claimed if trap is not None))
@@ -53,6 +53,7 @@ def proof_data(proved: Proved) -> dict[str, Any]:
 
 
 def _region(trap: Trap) -> dict[str, Any]:
+    """Plain data of a trapping region."""
     motion = trap.motion
     return {
         "word": motion.word.letters,

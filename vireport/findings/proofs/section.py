@@ -94,6 +94,7 @@ def _first_moments() -> Cells:
 
 
 def _first_cells(fastest: float) -> Cells:
+    """Cells that the section, up to a velocity [y_c], is cut into at first."""
     time, velocity = np.linspace(0.0, PERIOD, ACROSS + 1), np.linspace(0.0, fastest, ACROSS + 1)
     ends = [np.meshgrid(time[part], velocity[part]) for part in (slice(-1), slice(1, None))]
     low, high = (np.stack([grid.ravel() for grid in grids]) for grids in ends)
@@ -125,6 +126,7 @@ class _Covered:
 
     def holds(self, box: Floats) -> Mask:
         """Which boxes of impacts (n, 4) are surely covered by proved cells."""
+        # An enclosure longer than half a period says nothing of the phase.
         defined = np.isfinite(box).all(axis=1) & (box[:, 1] - box[:, 0] < PERIOD / 2)
         box = np.where(defined[:, None], box, 0.0)
         low, high = box[:, ::2].T - WIDENED, box[:, 1::2].T + WIDENED
@@ -135,6 +137,7 @@ class _Covered:
         c = np.maximum(c, 0)
         inside = defined & (a >= 0) & (b <= 2 * FINEST) & (c < d) & (d <= FINEST)
         a, b, c, d = (np.where(inside, index, 0) for index in (a, b, c, d))
+        # Squares of the grid within the box that are proved, from the sums at its corners: all of them must be.
         covered = self.sums[b, d] - self.sums[a, d] - self.sums[b, c] + self.sums[a, c]
         return np.asarray(inside & (covered == (b - a) * (d - c)))
 
@@ -191,6 +194,8 @@ def proved_section(goal: Goal, fastest: float) -> Section:
     """
     halving, used, first = Halving(_first_cells(fastest)), 0, 0
     itineraries, longer_sides = Itineraries.begun(0), np.zeros(0, np.intp)
+    # What is proved spreads from the region through cells that return to proved ones; the largest that are left are
+    # halved, until all are as fine as the grid or the effort is used up.
     while True:
         of_new, longest, flights = _follow_cells(goal, halving.cells[first:])
         itineraries = itineraries + of_new.of_cells_from(first)
@@ -200,6 +205,7 @@ def proved_section(goal: Goal, fastest: float) -> Section:
         halving.code[proved] = PROVED
         left = np.flatnonzero(halving.code == OPEN)
         sides = (halving.cells.high - halving.cells.low)[:, left] * FINEST / [[PERIOD], [fastest]]
+        # Along the side on which its image grew longest, unless it is as short as a square of the grid there.
         widest = np.where(
             sides[longer_sides[left], np.arange(len(left))] > 1.5, longer_sides[left], 1 - longer_sides[left]
         )
@@ -217,6 +223,7 @@ def proved_section(goal: Goal, fastest: float) -> Section:
 def _switched_on(goal: Goal, region: _Covered) -> tuple[Ints, float]:
     """The cells of moments of switching on, and the share of all moments that is proved."""
     halving, first = Halving(_first_moments()), 0
+    # Moments have no width in velocity: they are halved in time alone.
     for turn in range(HALVINGS + 1):
         new = np.arange(first, len(halving.cells))
         proved = _arrives(goal, halving.cells[new], region)
@@ -265,6 +272,7 @@ def section_again(goal: Goal, fastest: float, halved: Ints, moments: Ints) -> tu
         If there are not as many cells as it takes.
     """
     cells = joined_cells([cells[code == PROVED] for cells, code in generations(_first_cells(fastest), halved)])
+    # Nothing is halved again: of the cells that are claimed, those count that are proved from one another.
     if len(cells):
         itineraries, _, _ = _follow_cells(goal, cells)
         cells = cells[_spread(cells, np.ones(len(cells), dtype=bool), itineraries, fastest)]

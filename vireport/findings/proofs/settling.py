@@ -45,6 +45,7 @@ def settles(groups: Groups[Any], sets: Sets) -> Mask:
     with u takes 2 u/min A at most, and the next one leaves with r times as much: all take 2 k v/[(1 - r) min A], and
     none is higher than (k v)^2/(2 min A). Where that time is over before A vanishes, the ball rests by then.
     """
+    # After a shock the ball is off the membrane: only sets that begin at an impact are judged.
     begins = (sets.since.reach == 0) & (sets.since.centre == 0) & (sets.offset.reach == 0) & (sets.offset.centre == 0)
     speed = np.maximum(np.abs(sets.after.lower), np.abs(sets.after.upper))[:, None]
     first, last = sets.time.lower[:, None], sets.time.upper[:, None] + WINDOWS
@@ -57,7 +58,7 @@ def settles(groups: Groups[Any], sets: Sets) -> Mask:
     troughs = np.floor((last - crest - 1) / 2) >= np.ceil((first - crest - 1) / 2)
     least = np.where(troughs, -np.inf, np.minimum(at_first, at_last)) + pull[0] - SLACK
     most = np.where(crests, 1.0, np.maximum(at_first, at_last)) + pull[1] + SLACK
-    # At the beginnings the least is at either end of their range, or in it.
+    # The least A at the beginning of any state is at an end of their range: with a trough in it `least` is -inf.
     ends = sets.time.upper[:, None]
     begin = np.minimum(at_first, side * np.cos(pi * ends)) + pull[0] - SLACK
     fastest = speed * np.sqrt(most / begin) * (1 + SLACK)

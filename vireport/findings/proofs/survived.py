@@ -47,7 +47,7 @@ FINEST = 2.0**-16
 
 
 class Survived(Struct, frozen=True, eq=False):
-    """Shocks to a motion that are proved to die out.
+    """A bound of the shocks to a motion that are proved to die out, with the cells of the proof.
 
     Attributes
     ----------
@@ -76,6 +76,7 @@ class Survived(Struct, frozen=True, eq=False):
 def _first_cells(impacts: int, largest: float) -> Cells:
     """Cells of moment and jump that cover all shocks up to a size [y_c] after each impact, the smallest jumps first."""
     share, size = np.arange(MOMENTS + 1) / MOMENTS, largest * np.array(SIZES)
+    # Both signs of the jump, and none of size zero in the middle of a cell: the bound is the least unproved size.
     rows = [
         (share[m], share[m + 1], *((size[k], size[k + 1]) if sign > 0 else (-size[k + 1], -size[k])), impact)
         for k in range(len(SIZES) - 1)
@@ -150,6 +151,8 @@ class MotionFlights:
         """Sets of states just after shocks: as if the ball had left with its new velocity, from elsewhere."""
         rows, wall = np.zeros(len(cells.impact), dtype=np.intp), self.goal.trap.motion.word.walls[impact]
         share, jump = (between(cells.low[k], cells.high[k], symbol, SYMBOLS) for k, symbol in ((0, FIRST), (1, SECOND)))
+        # A jump at a time s adds jump (t - s) to the flight: that of a ball that left with the velocity plus the jump,
+        # from a place shifted by -jump s.
         since = share * self.durations[impact][rows]
         time, after = merged(self.times[impact][rows], self.after[impact][rows] + jump)
         return Sets(np.full(len(rows), wall), time, after, jump * since * float(wall), since)
@@ -168,6 +171,7 @@ def survived(goal: Goal, largest: float) -> Survived:
     period, trap = MotionFlights(goal), goal.trap
     halving, used, bound = Halving(_first_cells(len(trap.motion.word), largest)), 0, largest
     pending = np.arange(len(halving.cells))
+    # The bound is raised from below: of what is left, the smallest jumps come first, as one that fails ends the proof.
     while pending.size and used < MOST_FLIGHTS:
         smallest = halving.cells.smallest[pending]
         order = np.argsort(smallest, kind="stable")
@@ -214,6 +218,7 @@ def survived_again(goal: Goal, largest: float, halved: Ints) -> float:
     period, bound = MotionFlights(goal), largest
     for cells, code in generations(_first_cells(len(goal.trap.motion.word), largest), halved):
         holds, _, _ = period.prove(cells[code == PROVED])
+        # Cells that are claimed and not proved again count as open ones.
         missing = code < 0
         missing[np.flatnonzero(code == PROVED)[holds]] = False
         bound = min(bound, _bound(cells[missing], largest))

@@ -46,7 +46,7 @@ TILES = 12
 
 
 class Trap(Struct, frozen=True, eq=False):
-    """An ellipse about an impact of a motion which the return map contracts.
+    """A trapping region: an ellipse about an impact of a periodic motion that the return map contracts into itself.
 
     Attributes
     ----------
@@ -71,12 +71,12 @@ class Trap(Struct, frozen=True, eq=False):
     slowest: float
 
     def holds(self, wall: Any, time: Affine, velocity: Affine) -> Mask:
-        """Which sets of states before impacts lie surely in the region."""
+        """Which sets of states before impacts, (k,), lie surely in the region."""
         late, fast = self.deviations(time, velocity)
         return np.asarray((wall == self.motion.word.walls[0]) & (self.size(late, fast) <= self.radius))
 
     def deviations(self, time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
-        """Deviations of time, up to whole forcing periods, and velocity."""
+        """Deviations of time [t_c], up to whole forcing periods, and velocity [y_c] from the motion's impact."""
         whole = 2.0 * np.round((time.centre - self.motion.time[0]) / 2)
         return time - whole - float(self.motion.time[0]), velocity - float(self.motion.velocity[0])
 
@@ -88,11 +88,12 @@ class Trap(Struct, frozen=True, eq=False):
 
 
 def _largest(x: Affine) -> Floats:
+    """Largest modulus of each affine number."""
     return np.maximum(np.abs(x.lower), np.abs(x.upper))
 
 
 def trap_of(groups: Groups[float], motion: Motion, compiled: bool) -> Trap | None:
-    """The largest region tried that is proved to contract; None where none is.
+    """Find the largest trapping region about a motion, of those that are tried; None where none is proved.
 
     With S = sum over k of (A/rho)^k' (A/rho)^k = M' M, the norm of M A M^-1 is below rho, which is put halfway between
     the modulus of the larger multiplier and 1.
@@ -103,6 +104,7 @@ def trap_of(groups: Groups[float], motion: Motion, compiled: bool) -> Trap | Non
         return None
     metric = np.asarray(np.linalg.cholesky(stationary(2 * lap.T / (1 + slowest), np.eye(2))).T, dtype=float)
     radius = WIDEST / float(np.linalg.norm(np.linalg.inv(metric), axis=1).max())
+    # Near the motion the map is linear and the metric exact: what fails is that the ellipse is too large.
     for _ in range(SHRUNK):
         trap = proved_trap(groups, motion, metric, radius, compiled)
         if trap is not None:
@@ -113,7 +115,23 @@ def trap_of(groups: Groups[float], motion: Motion, compiled: bool) -> Trap | Non
 
 @np.errstate(all="ignore")
 def proved_trap(groups: Groups[float], motion: Motion, metric: Floats, radius: float, compiled: bool) -> Trap | None:
-    """Prove that a region contracts; None where the proof fails."""
+    """Prove that the return map contracts an ellipse into itself; None where the proof fails.
+
+    The derivative of the return map is enclosed over each of the tiles that cover the ellipse; its norm in the metric
+    bounds by how much it contracts, and the distance by which it misses the middle whether it maps it into itself.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device, as computed in doubles.
+    motion : Motion
+        About whose first impact the ellipse is.
+    metric : ndarray (2, 2)
+        Upper triangular, see `Trap`.
+    radius : float
+    compiled : bool
+        Whether to compile the simulation, which says where flights end, where numba is there.
+    """
     inverse = np.asarray(np.linalg.inv(metric), dtype=float)
     off = _missed(groups, motion, metric, compiled)
     if off is None:
@@ -138,7 +156,7 @@ def proved_trap(groups: Groups[float], motion: Motion, metric: Floats, radius: f
 
 
 def _tiles(motion: Motion, inverse: Floats, first: Floats, second: Floats, half: float) -> tuple[Affine, Affine]:
-    """Squares in the metric, as parallelograms in time and velocity."""
+    """Tiles, squares in the metric about (first, second) with a half width, as sets of time and velocity."""
     numbers = []
     for at, row in zip((motion.time[0], motion.velocity[0]), inverse.tolist(), strict=True):
         linear = np.zeros((SYMBOLS, len(first)))
@@ -148,7 +166,8 @@ def _tiles(motion: Motion, inverse: Floats, first: Floats, second: Floats, half:
 
 
 def _missed(groups: Groups[float], motion: Motion, metric: Floats, compiled: bool) -> float | None:
-    """By how much the return map misses the middle, in the metric; None where that is not proved."""
+    """Bound of the distance, in the metric, from a motion's first impact to its image; None where it is not proved."""
+    # The motion in doubles is not quite periodic, and need not be: that it nearly is, is all that the proof uses.
     trap = Trap(motion, metric, 0.0, 0.0, 0.0, 0.0)
     time, velocity = (exact(np.array([float(value)])) for value in (motion.time[0], motion.velocity[0]))
     for _, impacts in around(groups, motion, time, velocity, compiled):
@@ -158,9 +177,22 @@ def _missed(groups: Groups[float], motion: Motion, metric: Floats, compiled: boo
 
 
 def around(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine, compiled: bool) -> Any:
-    """The sets that begin each flight of one period of a motion, and the impacts that end it, until one is not proved.
+    """Follow sets of states through one period of a motion, impact by impact.
 
-    From sets of states before its first impact.
+    Parameters
+    ----------
+    groups : Groups
+        Of the device, as computed in doubles.
+    motion : Motion
+    time, velocity : Affine (k,)
+        Of the sets, before the motion's first impact [t_c, y_c].
+    compiled : bool
+        As of `proved_trap`.
+
+    Yields
+    ------
+    before, impacts : ImpactSets
+        At both ends of each flight; not proved where a state leaves the motion's word.
     """
     walls, exactly = motion.word.walls, enclosed(groups)
     count = len(time.centre)
@@ -173,7 +205,7 @@ def around(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine
 
 
 def lap_derivative(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine, compiled: bool) -> Any:
-    """Enclosures of the derivative of the return map over sets, row by row; None where a set is not proved."""
+    """Enclosures of the derivative of the return map over sets, its entries row by row; None if one is not proved."""
     exactly, lap = enclosed(groups), None
     for before, at in around(groups, motion, time, velocity, compiled):
         if not at.proved.all():
@@ -186,12 +218,13 @@ def lap_derivative(groups: Groups[float], motion: Motion, time: Affine, velocity
 
 
 def _product(left: Any, right: Any) -> Any:
+    """Product of two matrices, each as its four entries row by row."""
     (a, b, c, d), (e, f, g, h) = left, right
     return a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
 
 
 def norm_bound(metric: Floats, derivative: Any) -> float:
-    """A bound of the norm of M J M^-1 for all matrices J of all enclosures."""
+    """Bound of the spectral norm of M J M^-1 for all matrices J in all enclosures, which are entries row by row."""
     (p, q), (_, s) = metric.tolist()
     a, b, c, d = derivative
     # The inverse of an upper triangular matrix is [[1/p, -q/(p s)], [0, 1/s]].
@@ -199,5 +232,6 @@ def norm_bound(metric: Floats, derivative: Any) -> float:
     entries = [entry for left, right in (top, bottom) for entry in (left / p, right / s - left * (q / (p * s)))]
     centre = np.stack([entry.centre for entry in entries], axis=1).reshape(-1, 2, 2)
     spread = np.stack([entry.reach for entry in entries], axis=1)
+    # The norm of a sum is at most the sum of norms, and the spectral norm at most Frobenius's.
     norms = np.linalg.norm(centre, 2, axis=(1, 2)) + np.linalg.norm(spread, axis=1)
     return float(norms.max() * (1 + 1e-12) + 1e-13)
