@@ -19,11 +19,11 @@ from typing import Any
 from record import record
 
 from vireport import load
-from vireport.checks.methods import METHOD_NAMES, WHOLE
-from vireport.checks.workprecision import ACCURACIES
-from vireport.cli.accuracy_outputs import asked, files, measured, text
+from vireport.findings.checks.methods import METHOD_NAMES, WHOLE
+from vireport.findings.checks.workprecision import ACCURACIES
 from vireport.findings.membranes.compliance import compliance_data
 from vireport.findings.membranes.solvers import STEPS
+from vireport.verify.outputs import asked, files, measured, text
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
@@ -52,8 +52,8 @@ def main() -> None:
     """Print, draw and record the study."""
     study = measured(asked(load(EXAMPLES / "inclined.yaml")), lambda step: print(step, file=sys.stderr))
     print(text(study, every="--every" in sys.argv))
-    columns = [(task, accuracy) for task in study.work.tasks for accuracy in ACCURACIES]
-    best = {name: [study.work.best(name, *column) for column in columns] for name in METHOD_NAMES}
+    columns = [(task, accuracy) for task in study.findings["checks"].tasks for accuracy in ACCURACIES]
+    best = {name: [study.findings["checks"].best(name, *column) for column in columns] for name in METHOD_NAMES}
     microseconds = {name: [run and 1e6 * run.seconds.median for run in runs] for name, runs in best.items()}
     record(
         "accuracy",

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from record import record
 
-from vireport.extremes.catalogue import run_catalogue
-from vireport.extremes.rows import BOUND, CaseVerdict, as_text
+from vireport.verify.catalogue import run_catalogue
+from vireport.verify.rows import BOUND, CaseVerdict, as_text
 
 
 def main() -> None:

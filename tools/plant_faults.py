@@ -43,7 +43,7 @@ TESTS = {
     "templates/words/identify": ("tests/cli/test_identify_opening.py", "tests/wording"),
     "templates/words": ("tests/wording", "tests/gate", "tests/report"),
     "vireport/cli/identify": ("tests/cli/test_identify_opening.py",),
-    "vireport/cli/accuracy": ("tests/cli/test_verify.py",),
+    "vireport/verify/outputs": ("tests/verify/test_outputs.py",),
     "vireport/shocks": ("tests/shocks/test_withstood.py",),
     "vireport/physics/cubics": ("tests/simulation/test_recorded_force.py",),
     "vireport/physics/groups": ("tests/motions/test_two_restitutions.py", "tests/physics/test_friction_group.py"),

@@ -148,23 +148,25 @@ def with_key(lines: list[str], path: str) -> tuple[list[str], int]:
 def mistakes(folder: Path, names: list[str]) -> list[str]:
     """What is wrong in a copy without some additions; an empty list where all is as it should be."""
     wrong = [] if same_results(names, results(folder)) else [f"the results of {EXAMPLE} differ"]
-    return [*wrong, *(mistake for name in names for mistake in remains(folder, name))]
-
-
-def remains(folder: Path, name: str) -> list[str]:
-    """What there still is of an addition in a copy that is to be without it."""
-    wrong, row = [], ADDITIONS[name]
-    if run(folder, "-c", f"import vireport.{row.packages[0]}").returncode == 0:
-        wrong.append(f"the package {row.packages[0]} can still be imported")
-    if "command" in row.declares and run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
-        wrong.append(f"vireport {name} is still a command")
-    text = (folder / EXAMPLE).read_text(encoding="utf-8")
-    for path in keys_of(name):
+    wrong += [mistake for name in names for mistake in remains(folder, name)]
+    text, keys = (folder / EXAMPLE).read_text(encoding="utf-8"), {key for name in names for key in keys_of(name)}
+    # Of a key in a block that is unknown as well, the block is refused.
+    for path in sorted(key for key in keys if key.rpartition(".")[0] not in keys):
         given, line = with_key(text.splitlines(), path)
         (folder / "with.yaml").write_text("\n".join(given), encoding="utf-8")
         refused = run(folder, "-m", "vireport", "run", "with.yaml", "--json")
         if refused.returncode != 2 or f"with.yaml:{line}: {path}: unknown key" not in refused.stderr:
             wrong.append(f"the key {path} is not refused: {refused.stderr.strip()}")
+    return wrong
+
+
+def remains(folder: Path, name: str) -> list[str]:
+    """What there still is of the code of an addition in a copy that is to be without it."""
+    wrong, row = [], ADDITIONS[name]
+    if run(folder, "-c", f"import vireport.{row.packages[0]}").returncode == 0:
+        wrong.append(f"the package {row.packages[0]} can still be imported")
+    if "command" in row.declares and run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
+        wrong.append(f"vireport {name} is still a command")
     return wrong
 
 

@@ -19,7 +19,7 @@ from vireport import analyse, load, loads
 from vireport.base.errors import NumericalError
 from vireport.base.records import plain
 from vireport.checks import reference
-from vireport.extremes.compared import critical_motion
+from vireport.checks.forty_digits import critical_motion
 from vireport.motions.diagram import solve
 from vireport.motions.events import CRITICAL, Event
 from vireport.motions.orbits import orbits

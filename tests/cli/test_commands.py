@@ -21,7 +21,7 @@ CELLS = "4,800 cells over inclination_deg x device.length_m"
 @pytest.fixture
 def quick(monkeypatch) -> None:
     """Of the accuracy study only the closed form, so that it takes no time."""
-    from vireport.checks import workprecision
+    from vireport.findings.checks import workprecision
 
     monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
 
@@ -149,8 +149,8 @@ def test_compare_writes_its_files(example, tmp_path: Path) -> None:
 @pytest.mark.parametrize("alone", [True, False])
 def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
     from vireport.base.errors import NumericalError
-    from vireport.extremes import catalogue
-    from vireport.extremes.rows import Case
+    from vireport.verify import catalogue
+    from vireport.verify.rows import Case
 
     def refused():
         raise NumericalError("a reason")
@@ -167,8 +167,8 @@ def test_extremes_by_its_exit_code(alone: bool, monkeypatch, capsys) -> None:
 
 
 def test_extremes_of_which_none_applies_are_no_pass(monkeypatch, capsys) -> None:
-    from vireport.extremes import catalogue
-    from vireport.extremes.rows import Case, CaseFinding, NotThereError
+    from vireport.verify import catalogue
+    from vireport.verify.rows import Case, CaseFinding, NotThereError
 
     def absent():
         raise NotThereError("no such point")

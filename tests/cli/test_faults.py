@@ -24,9 +24,9 @@ ENTRY = [sys.executable, "-m", "vireport"]
 
 # Two commands that would take long: they do the same with one case, and one method.
 QUICK = (
-    "import sys; from vireport.extremes import catalogue; from vireport.extremes.rows import Case, CaseFinding;"
+    "import sys; from vireport.verify import catalogue; from vireport.verify.rows import Case, CaseFinding;"
     "catalogue.catalogue = lambda loaded=None: [Case('a', 'b', lambda: CaseFinding(''))];"
-    "from vireport.checks import workprecision as w; w.METHODS = w.METHODS[:1];"
+    "from vireport.findings.checks import workprecision as w; w.METHODS = w.METHODS[:1];"
     "from vireport.__main__ import entry; sys.exit(entry())"
 )
 SHORT = [sys.executable, "-c", QUICK]

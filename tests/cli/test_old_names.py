@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from vireport.cli import accuracy_outputs
 from vireport.cli.app import main, program
 from vireport.cli.group import OLD_NAMES
 
@@ -45,12 +44,12 @@ SLOW = ("sweep", "chart")
 @pytest.fixture
 def place(tmp_path: Path, study_of, monkeypatch) -> Path:
     """A folder with an earlier run and a map; what is measured takes no time, and one extreme case is run."""
-    from vireport.extremes import catalogue
-    from vireport.extremes.rows import Case, CaseFinding
+    from vireport.verify import catalogue, outputs
+    from vireport.verify.rows import Case, CaseFinding
 
     row = Case("test", "made up", lambda: CaseFinding(""))
     monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (row,))
-    monkeypatch.setattr(accuracy_outputs, "measured", lambda *_: study_of("inclined"))
+    monkeypatch.setattr(outputs, "measured", lambda *_: study_of("inclined"))
     assert main(["run", INCLINED, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
     (tmp_path / "results.json").rename(tmp_path / "old.json")
     text = (EXAMPLES / "maps/map.yaml").read_text().replace("count: 60", "count: 3").replace("count: 80", "count: 3")

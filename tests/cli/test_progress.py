@@ -20,7 +20,7 @@ from vireport.chart.over import chart_of
 from vireport.cli import identify_outputs
 from vireport.cli.app import main
 from vireport.command.outcome import progress
-from vireport.extremes.catalogue import run_catalogue
+from vireport.verify.catalogue import run_catalogue
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
@@ -192,8 +192,8 @@ def test_a_chart_tells_its_share(example) -> None:
 
 @pytest.mark.slow
 def test_an_accuracy_study_tells_its_share(example, monkeypatch) -> None:
-    from vireport.checks import workprecision
-    from vireport.cli.accuracy_outputs import measured
+    from vireport.findings.checks import workprecision
+    from vireport.verify.outputs import measured
 
     monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
     told: list[str] = []
@@ -205,7 +205,7 @@ def test_an_accuracy_study_tells_its_share(example, monkeypatch) -> None:
 
 @pytest.mark.slow
 def test_extremes_tell_their_share(monkeypatch) -> None:
-    from vireport.extremes import catalogue
+    from vireport.verify import catalogue
 
     cases = catalogue.catalogue(None)[:3]
     monkeypatch.setattr(catalogue, "catalogue", lambda loaded: cases)

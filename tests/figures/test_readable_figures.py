@@ -11,10 +11,10 @@ from figure_cases import CASES, FIGURES, ROOT, assert_readable, figure_of, simul
 
 import vireport
 from vireport import Comparison
-from vireport.checks.methods import METHODS
 from vireport.comparison.figures import compare_pictures
 from vireport.figures.curves import simulated_points
-from vireport.figures.pictures import measured_pictures, pictures
+from vireport.figures.pictures import pictures
+from vireport.findings.checks.methods import METHODS
 from vireport.scenario.loading import load_map, loads
 from vireport.study.study import analyse
 
@@ -58,10 +58,10 @@ def test_of_a_comparison(kind: str) -> None:
 @pytest.mark.slow
 def test_of_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = [method for method in METHODS if not method.name.endswith(("Radau", "LSODA"))]
-    monkeypatch.setattr("vireport.checks.workprecision.METHODS", quick)
+    monkeypatch.setattr("vireport.findings.checks.workprecision.METHODS", quick)
     text = Path(path("inclined")).read_text(encoding="utf-8")
     study = analyse(loads(f"{text}\naccuracy: {{repeats: 1, ladder: [1, 100]}}\n"), ["png"])
-    measured = list(measured_pictures(study))
+    measured = [picture for picture in pictures(study) if picture.name in ("figure-accuracy", "figure-stiffness")]
     assert [picture.name for picture in measured] == ["figure-accuracy", "figure-stiffness"]
     for picture in measured:
         assert_readable(picture.figure)

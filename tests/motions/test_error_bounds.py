@@ -14,10 +14,10 @@ from strategies import random_sweeps, sweep_grid
 
 from vireport.checks import reference
 from vireport.checks.crosscheck import orbits_at
+from vireport.checks.forty_digits import critical_motion
 from vireport.design.bounds import bounds_of
 from vireport.design.point import around_length, design_point, stable_ranges
 from vireport.design.solution import Solution, solution_of
-from vireport.extremes.compared import critical_motion
 from vireport.motions.branches import Branch
 from vireport.motions.diagram import solve
 from vireport.motions.error_bounds import one_to_one_bounds, undecided

@@ -8,7 +8,7 @@ from conftest import first
 from mpmath import mpf
 from strategies import random_sweeps
 
-from vireport.extremes.compared import critical_motion, motion_errors
+from vireport.checks.forty_digits import critical_motion, motion_errors
 from vireport.motions.diagram import solve
 
 pytestmark = pytest.mark.usefixtures("forty_digits")

@@ -141,9 +141,9 @@ def test_figures_are_drawn_only_where_an_output_shows_them():
 
 def test_what_only_some_runs_have_is_not_listed_in_the_others():
     listed = {step.task for step in of(DESIGN + SWEEP).steps}
-    assert listed.isdisjoint({Task.REQUIREMENTS, Task.FIGURE_ACCURACY, Task.JUNIT, Task.MARKDOWN, Task.GITHUB})
+    assert listed.isdisjoint({Task.REQUIREMENTS, "figure-accuracy", Task.JUNIT, Task.MARKDOWN, Task.GITHUB})
     massless = of(EVERYTHING, device__ball_mass_kg=None, design=None)
-    assert {Task.FIGURE_ACCURACY} <= {step.task for step in massless.steps}
+    assert "figure-accuracy" in {step.task for step in massless.steps}
     assert "figure-stiffness" not in {step.task for step in massless.steps}
 
 

@@ -9,9 +9,9 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport.base.errors import ScenarioError, UsageError
-from vireport.checks.workprecision import measure
 from vireport.compliant.own_stiffness import own_stiffness
 from vireport.disturbances.behaviour import disturbances_of
+from vireport.findings.checks.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.region import region_of
 from vireport.physics import flight

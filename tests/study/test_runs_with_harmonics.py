@@ -14,7 +14,7 @@ from vireport.base.errors import UsageError
 from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.checks.certificates import certify
-from vireport.checks.workprecision import measure
+from vireport.findings.checks.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.proof import prove_region
 from vireport.findings.tolerances.region import region_of

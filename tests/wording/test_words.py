@@ -1054,15 +1054,6 @@ CYCLES = {
     "breakdown_v": 8e3,
     "exactness": OF_A_MODEL,
 }
-ERRORS = {
-    "panels": [("a", "error of the phase φ [rad]"), ("b", "relative error of |Ż| [–]")],
-    "smallest": "10⁻¹⁷",
-    "accuracy": "10⁻⁶",
-    "methods": [
-        ("RK4", [("the motion", "2 ms", 1e-9), ("B1", "", 1e-4)]),
-        ("closed form", [("the motion", "1 µs", 1e-15)]),
-    ],
-}
 
 ANSWER = {
     "swept": LENGTH,
@@ -1294,18 +1285,6 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
         "Impact on the bottom: 1.5 µC isolated from 2 kV to 5 kV, area 2.25 mJ; Impact on the top: 1.2 µC isolated "
         "from 2 kV to 6 kV, area 2.4 mJ.",
     ),
-    (
-        "figure_accuracy_caption",
-        ERRORS,
-        "(a) error of the phase φ [rad], (b) relative error of |Ż| [–]; down and to the left is better.",
-    ),
-    (
-        "figure_accuracy_alt",
-        ERRORS,
-        "2 line charts of error over run time, both logarithmic. RK4: the motion 2 ms to 10⁻⁶, least error 1 × 10⁻⁹; "
-        "B1 not "
-        "to 10⁻⁶, least error 0.0001. closed form: the motion 1 µs to 10⁻⁶, least error 1 × 10⁻¹⁵.",
-    ),
 ]
 
 
@@ -1530,24 +1509,6 @@ SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     ("disturbances", "kicks", (0.0, 0.02345, ROUGHLY), "one of 0.023 of the restitution from impact to impact"),
     *(("chart", *row) for row in CHARTED),
     *(("map", *row) for row in ON_MAPS),
-    ("accuracy", "task", ("orbit", None), "the motion"),
-    ("accuracy", "task", ("critical", B1), "B1 (period doubling)"),
-    ("accuracy", "task", ("critical", None), "the critical point"),
-    ("accuracy", "busy", (0.3456,), "The machine was busy: half of the repeats of a run are spread over 35 % of their"),
-    ("accuracy", "short_task", ("orbit", None), "motion"),
-    ("accuracy", "short_task", ("critical", B1), "B1"),
-    ("accuracy", "short_task", ("critical", None), "critical point"),
-    ("accuracy", "quantity", ("voltage", None, None), "U_ave [V]"),
-    ("accuracy", "quantity", ("critical", B1, LENGTH), "B1, s [m]"),
-    ("accuracy", "head", ("error", "phase"), "Error, phase"),
-    ("accuracy", "fastest_head", ("motion", "10⁻⁶"), "motion to 10⁻⁶"),
-    ("accuracy", "fitted_over", ("10", "100", 5), "10 to 100 (5 runs)"),
-    ("accuracy", "failures", (0, 5), "none"),
-    ("accuracy", "failures", (2, 5), "2 of 5"),
-    ("accuracy", "settings", ("10", "10"), "10"),
-    ("accuracy", "settings", ("10", "30"), "10 to 30"),
-    ("accuracy", "not_tried", (), "not tried"),
-    ("accuracy", "not_tried", ("needs numba",), "not tried: needs numba"),
     ("certificates", "between", (None,), "undecided"),
     ("certificates", "nothing", (), "no critical points to prove"),
     ("certificates", "unproved", (thing(reason="it is degenerate"),), "not proved: it is degenerate"),
@@ -1882,8 +1843,8 @@ SAID += [
     (
         "left-out",
         "add_or_all",
-        ([Addition.MOTIONS, Addition.ACCURACY], "device.length_m"),
-        "Add motions: for other impact sequences; accuracy: for error against run time; vireport run --full adds",
+        ([Addition.MOTIONS, "springs: for more"], "device.length_m"),
+        "Add motions: for other impact sequences; springs: for more; vireport run --full adds",
     ),
     (
         "left-out",

@@ -32,10 +32,12 @@ class AdditionRow(NamedTuple):
 
 
 ROWS: Mapping[str, AdditionRow] = {
-    "membranes": AdditionRow(("findings.membranes",), ("finding",)),
+    "checks": AdditionRow(("findings.checks",), ("finding",)),
+    "membranes": AdditionRow(("findings.membranes",), ("finding",), after=("checks",)),
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
+    "verify": AdditionRow(("verify",), ("command",), after=("checks",)),
     "compare": AdditionRow(("comparison",), ("command",)),
     "map": AdditionRow(("maps", "chart"), ("command",)),
     "optimise": AdditionRow(("optimise",), ("command",)),

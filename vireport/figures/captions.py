@@ -51,7 +51,6 @@ FILES = {
     Task.FIGURE_SHOCKS: "shocks",
     Task.FIGURE_BASIN: "basin",
     Task.FIGURE_CYCLE: "cycle",
-    Task.FIGURE_ACCURACY: "accuracy",
 }
 """Templates of the words of each figure of the core; those of figures that are not drawn are not read."""
 

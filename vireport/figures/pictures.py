@@ -61,7 +61,7 @@ def pictures(
     require_study(study)
     with drawn_for(Sheet.of(width_mm, style)), styled():
         drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
-        drawn += [*_design(study, templates), *measured_pictures(study, templates)]
+        drawn += _design(study, templates)
         for finding, found in found_by(study.findings):
             drawn += finding.pictures(found, study, templates)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
@@ -148,12 +148,3 @@ def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
         yield basin.picture(study.basins, templates)
     if study.plan.runs(Task.FIGURE_CYCLE) and (cycles := cycle.picture(study, templates)) is not None:
         yield cycles
-
-
-def measured_pictures(study: Study, templates: Path | None = None) -> Iterator[Picture]:
-    """Draw the error of methods against run time, where a study has measured it and its plan says so."""
-    work = study.work
-    if study.plan.runs(Task.FIGURE_ACCURACY) and work is not None and work.quantities:
-        from vireport.figures import accuracy
-
-        yield accuracy.picture(work, templates)

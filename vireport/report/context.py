@@ -412,18 +412,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         """How many critical points are proved, in a sentence."""
         return self.say("certificates", "summary", self.study.certificates or ())
 
-    def accuracy(self) -> Iterator[Table]:
-        """Error against run time: what each method reaches."""
-        from vireport.checks.accuracy_tables import measurements
-
-        return measurements(self.study.work, templates=self.templates) if self.study.work is not None else iter(())
-
-    def fastest(self) -> Iterator[Table]:
-        """The fastest method."""
-        from vireport.checks.accuracy_tables import ranking
-
-        return ranking(self.study.work, self.templates) if self.study.work is not None else iter(())
-
     def families(self) -> Table | None:
         """The families of motions of other impact sequences."""
         if self.study.atlas is None:

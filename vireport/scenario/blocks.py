@@ -1137,7 +1137,11 @@ class Scenario(Block):
         None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
     )
     accuracy: WhenGiven[AccuracyBlock] | None = key(
-        None, "Accuracy", "", "Error against run time, and the compliant membrane. Left out, neither is measured."
+        None,
+        "Accuracy",
+        "",
+        "Error against run time, and the compliant membrane. Left out, neither is measured.",
+        addition="checks",
     )
     disturbances: WhenGiven[DisturbancesBlock] | None = key(
         None,
@@ -1233,7 +1237,7 @@ def keys_of_additions(model: type[Block], block: str = "") -> Iterator[tuple[str
         extra, path = field.json_schema_extra, f"{block}{field.alias or name}"
         if isinstance(extra, dict) and "addition" in extra:
             yield path, str(extra["addition"])
-        elif (inner := _block_in(field.annotation)) is not None:
+        if (inner := _block_in(field.annotation)) is not None:
             yield from keys_of_additions(inner, f"{path}.")
 
 

@@ -68,7 +68,6 @@ class Task(StrEnum):
     MOTIONS = "motions", "families of motions of other impact sequences"
     FIGURE_3 = "figure-3", "phase portraits and time series (figure-3)"
     FIGURE_6 = "figure-6", "displacement of the capsule's ends and of the ball (figure-6)"
-    ACCURACY = "accuracy", "error against run time of several methods"
     OWN_STIFFNESS = "own-stiffness", "the motion and its margin with the membranes' own stiffness, if contacts are long"
     MEASURED = "measured", "measured impacts, beside what is computed"
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
@@ -76,7 +75,6 @@ class Task(StrEnum):
     FIGURE_SHOCKS = "figure-shocks", "what shocks lead to, by their moment and size (figure-shocks)"
     FIGURE_BASIN = "figure-basin", "basins of attraction on the section of impacts (figure-basin)"
     FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
-    FIGURE_ACCURACY = "figure-accuracy", "work-precision diagram"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     FIGURE_HYSTERESIS = "figure-hysteresis", "the motions of a slow sweep, with their jumps"
     FIGURE_ATLAS = "figure-atlas", "families of motions of all impact sequences"
@@ -125,7 +123,7 @@ AnyTask = Task | AddedTask
 FIGURES = (
     *(Task.FIGURE_ANSWER, Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
     *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_BASIN, Task.FIGURE_CYCLE),
-    *(Task.FIGURE_ACCURACY, Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
+    *(Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
 
@@ -172,7 +170,6 @@ class Addition(StrEnum):
     DISTURBANCES = "disturbances", True
     MOTIONS = "motions", True
     SIMULATION = "simulation", True
-    ACCURACY = "accuracy", True
     SWEEP = "sweep"
     DESIGN_POINT = "design point"
     BALL_MASS = "ball mass"
@@ -214,7 +211,7 @@ class Step(Struct, frozen=True, eq=False):
     adds: Addition | AddedBlock | None = None
 
 
-LEFT_OUT, SLOWER, FEWER = "left out", "some hundred times slower", "without some of the methods"
+LEFT_OUT, SLOWER = "left out", "some hundred times slower"
 """What a missing package does to steps."""
 
 
@@ -389,9 +386,6 @@ MOTIONS = Precondition(
     lambda scenario, _: scenario.motion_limits, "the scenario has no motions block", adds=Addition.MOTIONS
 )
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
-ACCURACY = Precondition(
-    lambda scenario, _: scenario.accuracy, "the scenario has no accuracy block", adds=Addition.ACCURACY
-)
 DISTURBANCES = Precondition(
     lambda scenario, _: scenario.disturbances,
     "the scenario has no disturbances block (an empty one is enough)",
@@ -520,12 +514,6 @@ def _followed(scenario: Scenario) -> str:
     return f"{Task.MOTIONS.what}, {bounds}, {time}"
 
 
-def _methods(_: Scenario) -> str:
-    """The comparison of methods, with what it will lack."""
-    lacking = "" if find_spec("numba") is not None else f", without those that need numba: {install_command('numba')}"
-    return f"{Task.ACCURACY.what}: about a minute{lacking}"
-
-
 def _search(scenario: Scenario) -> str:
     """The best design, with what its search will take: a run for each of the best cells, where these are needed."""
     costly = scenario.tolerances or scenario.motion_limits or scenario.simulation
@@ -569,9 +557,7 @@ STEPS = (
     DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
     DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
-    DeclaredStep(Task.ACCURACY, (ACCURACY, MPMATH), "the scenario has an accuracy block", (), NUMBA, FEWER, _methods),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
-    DeclaredStep(Task.FIGURE_ACCURACY, (MPMATH, PICTURES), "the scenario has an accuracy block", (ACCURACY,)),
     DeclaredStep(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
     DeclaredStep(Task.FIGURE_HYSTERESIS, (PICTURES,), "simulation.follow is given", (FOLLOW,)),
     DeclaredStep(Task.FIGURE_ATLAS, (SWEEP, PICTURES), "motions of other impact sequences are followed", (MOTIONS,)),

@@ -26,7 +26,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
-from vireport.scenario.blocks import AccuracyBlock, LeftOut, MotionsBlock, Scenario, to_dict
+from vireport.scenario.blocks import LeftOut, MotionsBlock, Scenario, to_dict
 from vireport.scenario.loading import Loaded, Source, load
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.families import families_data, motions_data
@@ -55,7 +55,6 @@ if TYPE_CHECKING:
     from vireport.checks.certificates import Certificate
     from vireport.checks.crosscheck import CrossCheck
     from vireport.checks.reproduction import Reproduction
-    from vireport.checks.workprecision import WorkPrecision
     from vireport.compliant.own_stiffness import OwnStiffness
     from vireport.design.attractors_from_rest import AttractorFromRest
     from vireport.disturbances.behaviour import Disturbances
@@ -69,10 +68,6 @@ if TYPE_CHECKING:
     from vireport.simulation.following import Jump
     from vireport.study.coexistence import Coexisting
     from vireport.study.measured import Branching, MeasuredAt
-
-
-MEASURED_SHARE = 2 / 3
-"""Share of the time of an accuracy study that the methods take, as measured; compliant membranes take the rest."""
 
 
 class Study(Struct, frozen=True, eq=False, dict=True):
@@ -91,8 +86,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         What a ball from rest comes to at values along the sweep, where it is drawn or families are followed.
     atlas : Atlas or None
         The families of motions of other impact sequences.
-    work : WorkPrecision or None
-        Error against run time of several methods.
     own_stiffness : OwnStiffness or None
         The motion and its margin with the membranes' own stiffness; None where contacts are short.
     certificates : tuple of Certificate or None
@@ -121,7 +114,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     crosscheck: CrossCheck | None = None
     attractors_from_rest: tuple[AttractorFromRest, ...] = ()
     atlas: Atlas | None = None
-    work: WorkPrecision | None = None
     own_stiffness: OwnStiffness | None = None
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
@@ -241,7 +233,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             **solution_data(solution, self.plan.reason(Task.DISTORTION)),
             "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
             **_motions_data(self.atlas, solution.membrane, shown),
-            "accuracy": self.work and _accuracy_data(self.work),
             "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
             "effects": self.effects and effects_data(self.effects),
             "margin_to_use": self._margin_to_use,
@@ -329,12 +320,6 @@ def _motions_data(atlas: Atlas | None, membrane: Membrane | None, shown: bool) -
     return {"motions": motions_data(atlas), "families": families_data(families, membrane)}
 
 
-def _accuracy_data(work: WorkPrecision) -> dict[str, Any]:
-    from vireport.checks.workprecision import accuracy_data
-
-    return accuracy_data(work)
-
-
 def _measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
     if not known:
         return {}
@@ -420,8 +405,6 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     if steps.runs(Task.BASINS):
         say("drawing the basin from impacts on the bottom")
         study = _with_basins(study)
-    if scenario.accuracy is not None and steps.runs(Task.ACCURACY):
-        study = _with_accuracy(study, scenario.accuracy, say)
     study = _with_findings(study, say)
     if steps.runs(Task.OWN_STIFFNESS):
         say("solving with the membranes' own stiffness")
@@ -438,11 +421,13 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
 
 
 def _with_findings(study: Study, say: Progress) -> Study:
-    """Add what additions find out, each where the first of its steps runs."""
+    """Add what additions find out, each where the first of its steps runs, and with an equal part of the progress."""
+    firsts = ((name, finding, next(iter(finding.steps()))) for name, finding in findings().items())
+    running = [(name, finding) for name, finding, step in firsts if study.plan.runs(step.task)]
     found = {}
-    for name, finding in findings().items():
-        first = next(iter(finding.steps()))
-        if study.plan.runs(first.task) and (new := finding.find(study, say)) is not None:
+    for k, (name, finding) in enumerate(running):
+        new = finding.find(study, portion(say, k / len(running), (k + 1) / len(running)))
+        if new is not None:
             found[name] = new
     return replace(study, findings=found) if found else study
 
@@ -543,13 +528,6 @@ def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence
             mistakes.append(Mistake(loaded.line_of(path) or 0, path, f"{what} (there: {', '.join(names) or 'none'})"))
     if mistakes:
         raise ScenarioError(loaded.document.name, mistakes)
-
-
-def _with_accuracy(study: Study, block: AccuracyBlock, say: Progress) -> Study:
-    from vireport.checks.workprecision import measure
-
-    share = MEASURED_SHARE if study.plan.runs("compliant") else 1.0
-    return replace(study, work=measure(study.solution, block.repeats, portion(say, 0.0, share)))
 
 
 def _with_own_stiffness(study: Study) -> Study:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vireport.base.progress import Progress, portion
+from vireport.base.progress import Progress
 from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
@@ -31,34 +31,31 @@ class MembranesFinding(AddedFinding["Compliance"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """The motion with compliant membranes, and its figure."""
-        from vireport.study.plan import ACCURACY, BALL, PICTURES, AddedTask, DeclaredStep, Precondition, Task
+        from vireport.study.plan import BALL, PICTURES, AddedTask, DeclaredStep, Precondition, Task, has_block
 
         compliant = Precondition(
             lambda scenario, _: scenario.accuracy and scenario.accuracy.compliant_membrane,
             "accuracy.compliant_membrane is false",
         )
-        why = "the scenario has an accuracy block"
+        accuracy, why = has_block("accuracy"), "the scenario has an accuracy block"
         solved = AddedTask(RESULTS, "the motion with compliant membranes, and solvers on stiff ones")
         yield DeclaredStep(
             solved,
-            (ACCURACY, compliant, BALL),
+            (accuracy, compliant, BALL),
             why,
             costs=lambda _: f"{solved.what}: some ten seconds",
             before=Task.OWN_STIFFNESS,
         )
         drawn = AddedTask(FIGURE, "solvers on stiff membranes")
-        yield DeclaredStep(drawn, (compliant, PICTURES), why, (ACCURACY, BALL), before=Task.FIGURE_DIAGRAM)
+        yield DeclaredStep(drawn, (compliant, PICTURES), why, (accuracy, BALL), before=Task.FIGURE_DIAGRAM)
 
     def find(self, study: Study, say: Progress) -> Compliance:
         """Follow the motion from rigid membranes to the scenario's own, and try solvers on the way."""
         from vireport.findings.membranes.compliance import compliance
-        from vireport.study.plan import Task
-        from vireport.study.study import MEASURED_SHARE
 
         block = study.scenario.accuracy
         assert block is not None
-        begins = MEASURED_SHARE if study.plan.runs(Task.ACCURACY) else 0.0
-        return compliance(study.solution, block.ladder, block.repeats, portion(say, begins, 1.0))
+        return compliance(study.solution, block.ladder, block.repeats, say)
 
     def contradicts_rigid_impacts(self, found: Compliance) -> bool:
         """Whether the rigid model is not good enough."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.base.timing import Spread
-from vireport.checks.benchmark import MethodTask
-from vireport.checks.methods import CLOSED, METHOD_NAMES, WHOLE
-from vireport.checks.workprecision import (
+from vireport.findings.checks.benchmark import MethodTask
+from vireport.findings.checks.methods import CLOSED, METHOD_NAMES, WHOLE
+from vireport.findings.checks.workprecision import (
     ACCURACIES,
     MethodRun,
     Order,

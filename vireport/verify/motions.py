@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from vireport.checks import reference as exact
-from vireport.extremes.compared import SPACING, examine, require_finite
-from vireport.extremes.harvester import Harvester
-from vireport.extremes.rows import BOUND, Case, CaseFinding
 from vireport.physics.device import NO_GRAVITY
 from vireport.physics.energy import impact_speed, voltages
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
 from vireport.text.formatting import quantity
+from vireport.verify.compared import SPACING, examine, require_finite
+from vireport.verify.harvester import Harvester
+from vireport.verify.rows import BOUND, Case, CaseFinding
 
 NEARLY_LOSSLESS = 1e-8
 """Bound at r = 1 - 1e-6, where rounding is magnified by 1/(1-r)."""

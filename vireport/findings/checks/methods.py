@@ -19,8 +19,9 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.checks.benchmark import BenchmarkProblem, SolvedMotion
-from vireport.checks.flights import (
+from vireport.design.point import design_point
+from vireport.findings.checks.benchmark import BenchmarkProblem, SolvedMotion
+from vireport.findings.checks.flights import (
     Budget,
     FlightMethod,
     FlightModel,
@@ -29,8 +30,7 @@ from vireport.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.checks.rootfinding import Floats, find_root
-from vireport.design.point import design_point
+from vireport.findings.checks.rootfinding import Floats, find_root
 from vireport.motions.diagram import solve
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits, coefficients, orbits

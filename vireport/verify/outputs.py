@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
 from vireport.base.encoding import json_text
-from vireport.checks.accuracy_tables import measurements, power, ranking
-from vireport.checks.methods import CLOSED, WHOLE
-from vireport.checks.workprecision import WorkPrecision, accuracy_data
+from vireport.findings.checks.methods import CLOSED, WHOLE
+from vireport.findings.checks.tables import measurements, power, ranking
+from vireport.findings.checks.workprecision import WorkPrecision
 from vireport.gate.findings import findings, found_by
 from vireport.gate.opening import Opening, Statement, gravest
 from vireport.gate.verdict import Status
@@ -37,8 +37,8 @@ _said = words_of("verify")
 AGREES = 1e-9
 """Error up to which the solution is right: far below any digit that is shown, above what rounding leaves."""
 
-MEMBRANES = "membranes"
-"""The addition whose answer is said as well, where it is there."""
+CHECKS, MEMBRANES = "checks", "membranes"
+"""The additions whose results are said and written; the latter where it is there."""
 
 FORMATS = Task.PNG, Task.JSON
 """What a study of accuracy has."""
@@ -61,7 +61,7 @@ def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
 
 def accuracy_opening(study: Study) -> Opening:
     """Choose what is said of a study that was `measured`: whether the solution is right, its worst error, its time."""
-    work = study.work
+    work = _measured(study)
     if work is None or work.benchmark is None:
         why = "" if work is None else work.nothing
         return Opening(Status.BAD, _said("word_nothing"), _said("nothing", why), tuple(_soft_membranes(study)))
@@ -78,6 +78,16 @@ def accuracy_opening(study: Study) -> Opening:
         tiles.append(Statement(Status.NEUTRAL, _said("tile_time", whole.seconds.median)))
     facts = gravest([*_soft_membranes(study), *_of_runs(work)])
     return Opening(status, _said(f"word_{name}"), _said(name, names), facts, tuple(tiles))
+
+
+def _measured(study: Study) -> WorkPrecision | None:
+    """Errors and run times; None where nothing was measured."""
+    return study.findings.get(CHECKS)
+
+
+def _findings() -> Iterator[Any]:
+    """The additions whose results are said and written."""
+    return (finding for name, finding in findings().items() if name in (CHECKS, MEMBRANES))
 
 
 def _errors(work: WorkPrecision) -> Iterator[tuple[str, float]]:
@@ -127,10 +137,11 @@ def text(study: Study, tables: bool = False, every: bool = False) -> str:
 
 
 def _parts(study: Study, every: bool) -> Iterator[Table]:
-    if study.work is None:
+    work = _measured(study)
+    if work is None:
         return
-    yield from measurements(study.work, every)
-    yield from ranking(study.work)
+    yield from measurements(work, every)
+    yield from ranking(work)
     for finding, found in found_by(study.findings):
         if finding.name == MEMBRANES:
             parts = finding.parts(found, None)
@@ -141,24 +152,23 @@ def data(study: Study, command: str) -> bytes:
     """What was measured by a command, as JSON."""
     content = {
         "scenario_sha256": study.loaded.sha256,
-        "accuracy": None if study.work is None else accuracy_data(study.work),
-        **_of_membranes(study),
+        **_results(study),
         "provenance": provenance_of(study.loaded, command).to_dict(),
     }
     return (json_text(content, indent=1) + "\n").encode()
 
 
-def _of_membranes(study: Study) -> Mapping[str, Any]:
-    finding = findings().get(MEMBRANES)
-    return {} if finding is None else finding.results(study.findings.get(MEMBRANES), study)
+def _results(study: Study) -> dict[str, Any]:
+    """What results.json has of these additions."""
+    found = (finding.results(study.findings.get(finding.name), study) for finding in _findings())
+    return {key: data for block in found for key, data in block.items()}
 
 
 def files(study: Study, command: str, width_mm: float | None = None) -> dict[str, bytes]:
     """The figures, as wide as a column of a paper where a width is given, and accuracy.json, by their names."""
-    from vireport.figures.pictures import measured_pictures
     from vireport.figures.style import Sheet, drawn_for
 
     with drawn_for(Sheet.of(width_mm)):
         added = (finding.pictures(found, study, None) for finding, found in found_by(study.findings))
-        drawn = {picture.name: picture.png for picture in chain(measured_pictures(study), *added)}
+        drawn = {picture.name: picture.png for picture in chain.from_iterable(added)}
     return {"accuracy.json": data(study, command), **{f"{name}.png": png for name, png in drawn.items()}}

@@ -12,9 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
-from vireport.checks.accuracy_tables import power, seconds, task_name
-from vireport.checks.methods import CLOSED, EXPLICIT, METHOD_NAMES, PRINTED, RK4, SIMULATED, SIMULATED_TRANSIENT, WHOLE
-from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision
 from vireport.figures.captions import pictured
 from vireport.figures.layout import (
     Entry,
@@ -33,7 +30,19 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.study.plan import Task
+from vireport.findings.checks.methods import (
+    CLOSED,
+    EXPLICIT,
+    METHOD_NAMES,
+    PRINTED,
+    RK4,
+    SIMULATED,
+    SIMULATED_TRANSIENT,
+    WHOLE,
+)
+from vireport.findings.checks.tables import power, seconds, task_name
+from vireport.findings.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision
+from vireport.study.plan import AnyTask
 from vireport.text.formatting import factor_text
 
 LOOKS: dict[str, Look] = {
@@ -97,9 +106,9 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
         return finished(figure, HEIGHT * rows, [(headline(work), Color.BLACK)], [legend])
 
 
-def picture(work: WorkPrecision, templates: Path | None = None) -> Picture:
+def picture(work: WorkPrecision, name: AnyTask, templates: Path | None = None) -> Picture:
     """The work-precision diagram with its words."""
-    return pictured(Task.FIGURE_ACCURACY, shown_errors(work, templates), figure_accuracy(work), templates)
+    return pictured(name, shown_errors(work, templates), figure_accuracy(work), templates)
 
 
 def shown_errors(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:

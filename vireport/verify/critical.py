@@ -8,9 +8,7 @@ from functools import partial
 import numpy as np
 
 from vireport.checks import reference as exact
-from vireport.extremes.compared import SPACING, critical_motion, examine, motion_errors, point_errors
-from vireport.extremes.harvester import Harvester
-from vireport.extremes.rows import Case, CaseFinding, NotThereError, WrongAnswerError
+from vireport.checks.forty_digits import critical_motion, motion_errors
 from vireport.motions.events import Event
 from vireport.motions.level_curve import sample
 from vireport.motions.one_to_one import Motions, motions_of
@@ -19,6 +17,9 @@ from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import shown
+from vireport.verify.compared import SPACING, examine, point_errors
+from vireport.verify.harvester import Harvester
+from vireport.verify.rows import Case, CaseFinding, NotThereError, WrongAnswerError
 
 SLIGHT = 0.01
 """gbar at which the pitchfork has opened into a fold that lies apart from it."""

@@ -15,13 +15,13 @@ from msgspec.structs import replace
 
 from vireport import load
 from vireport.base.errors import NumericalError
-from vireport.extremes import critical, motions
-from vireport.extremes.catalogue import catalogue, run_catalogue
-from vireport.extremes.harvester import Harvester, harvester_of
-from vireport.extremes.rows import Case, CaseFinding, CaseVerdict, NotThereError, as_data, as_text, exit_status, run
 from vireport.motions.one_to_one import Motions
 from vireport.scenario.parameters import Parameter
 from vireport.study.study import Study
+from vireport.verify import critical, motions
+from vireport.verify.catalogue import catalogue, run_catalogue
+from vireport.verify.harvester import Harvester, harvester_of
+from vireport.verify.rows import Case, CaseFinding, CaseVerdict, NotThereError, as_data, as_text, exit_status, run
 
 UNLIKE = {"device.restitution": None, "device.restitution_bottom": 0.55, "device.restitution_top": 0.45}
 CHEAP = ("restitution", "inclination", "length", "membrane", "grazing")
@@ -172,7 +172,7 @@ def made_up() -> list[Case]:
 
 
 def test_text_is_for_a_terminal_and_the_data_are_json(monkeypatch) -> None:
-    monkeypatch.setattr("vireport.extremes.catalogue.catalogue", lambda loaded: made_up())
+    monkeypatch.setattr("vireport.verify.catalogue.catalogue", lambda loaded: made_up())
     told: list[str] = []
     outcomes = run_catalogue(None, told.append)
     assert told == ["group: right", "group: wrong", "group: absent"]
@@ -204,6 +204,6 @@ def test_text_is_for_a_terminal_and_the_data_are_json(monkeypatch) -> None:
 def test_no_time_decides_a_case(monkeypatch) -> None:
     """A clock on which every case takes an hour."""
     clock = iter(range(0, 1_000_000, 3600))
-    monkeypatch.setattr("vireport.extremes.rows.perf_counter", lambda: next(clock))
+    monkeypatch.setattr("vireport.verify.rows.perf_counter", lambda: next(clock))
     outcome = run(CASES["membrane: deflection rb"])
     assert (outcome.verdict, outcome.seconds) == (CaseVerdict.PASSED, 3600)

@@ -13,9 +13,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.records import brief
-from vireport.checks.flights import FlightModel
 from vireport.design.point import DesignPoint, around_length
 from vireport.design.solution import Solution, stable_motion
+from vireport.findings.checks.flights import FlightModel
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.points import Point

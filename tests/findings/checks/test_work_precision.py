@@ -14,8 +14,9 @@ from msgspec.structs import replace
 from vireport.base.errors import NumericalError
 from vireport.base.timing import Machine, Spread
 from vireport.checks import reference
-from vireport.checks.accuracy_tables import measurements, ranking
-from vireport.checks.benchmark import (
+from vireport.checks.reference import reference_orbit, reference_voltage
+from vireport.figures.captions import alt_text
+from vireport.findings.checks.benchmark import (
     Benchmark,
     BenchmarkProblem,
     Guess,
@@ -23,7 +24,9 @@ from vireport.checks.benchmark import (
     SolvedMotion,
     benchmark_of,
 )
-from vireport.checks.flights import (
+from vireport.findings.checks.figure import figure_accuracy, shown_errors
+from vireport.findings.checks.finding import FINDING
+from vireport.findings.checks.flights import (
     Budget,
     FlightModel,
     explicit,
@@ -31,7 +34,7 @@ from vireport.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.checks.methods import (
+from vireport.findings.checks.methods import (
     CLOSED,
     EXPLICIT,
     METHOD_NAMES,
@@ -47,11 +50,9 @@ from vireport.checks.methods import (
     shoot,
     shoot_critical,
 )
-from vireport.checks.reference import reference_orbit, reference_voltage
-from vireport.checks.rootfinding import find_root
-from vireport.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, compare, measure
-from vireport.figures.accuracy import figure_accuracy, shown_errors
-from vireport.figures.captions import alt_text
+from vireport.findings.checks.rootfinding import find_root
+from vireport.findings.checks.tables import measurements, ranking
+from vireport.findings.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, compare, measure
 from vireport.motions.events import Event
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
@@ -211,7 +212,7 @@ def test_newton_on_the_return_map_is_quadratic(target, exact) -> None:
 @pytest.mark.parametrize("name", ["horizontal", "inclined"])
 def test_jacobian_of_the_conditions_at_a_critical_point_is_exact(name: str, study_of, monkeypatch) -> None:
     """Against central differences, for a lap and for the half lap of symmetric motions."""
-    from vireport.checks import methods
+    from vireport.findings.checks import methods
 
     critical = benchmark_of(study_of(name).solution).critical
     conditions = {}
@@ -367,13 +368,14 @@ def test_report_and_figure_name_every_method(work) -> None:
     factors = tables["Times over that of the fastest method"]
     assert {row[0] for row in factors.rows} == methods
     assert all("1" in column for column in list(zip(*factors.rows, strict=True))[1 : len(ACCURACIES)])
-    assert all(method in alt_text(Task.FIGURE_ACCURACY, shown_errors(work)) for method in methods)
+    _, step = FINDING.steps()
+    assert all(method in alt_text(step.task, shown_errors(work)) for method in methods)
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
 
 @pytest.mark.slow
 def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch) -> None:
-    monkeypatch.setattr("vireport.checks.workprecision.find_spec", lambda name: None)
+    monkeypatch.setattr("vireport.findings.checks.workprecision.find_spec", lambda name: None)
     some = [replace(method, settings=method.settings[:1]) for method in METHODS[:6]]
     work = compare(inclined, some, 1)
     assert {run.method for run in work.runs} == {CLOSED, WHOLE, PRINTED, EXPLICIT}

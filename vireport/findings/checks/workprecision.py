@@ -27,15 +27,15 @@ from vireport.base.timing import (
     machine,
     timed_in_turns,
 )
-from vireport.checks.benchmark import (
+from vireport.findings.checks.benchmark import (
     Benchmark,
     BenchmarkProblem,
     MeasuredQuantity,
     MethodTask,
     benchmark_of,
 )
-from vireport.checks.flights import Budget
-from vireport.checks.methods import (
+from vireport.findings.checks.flights import Budget
+from vireport.findings.checks.methods import (
     CLOSED,
     METHODS,
     WHOLE,

@@ -8,13 +8,13 @@ import pytest
 from msgspec.structs import replace
 
 from vireport.base.timing import Spread
-from vireport.checks.benchmark import MeasuredQuantity, MethodTask
-from vireport.checks.methods import CLOSED, METHODS, WHOLE, Knob
-from vireport.checks.workprecision import MethodRun, WorkPrecision
-from vireport.cli.accuracy_outputs import accuracy_opening
 from vireport.cli.app import main
+from vireport.findings.checks.benchmark import MeasuredQuantity, MethodTask
+from vireport.findings.checks.methods import CLOSED, METHODS, WHOLE, Knob
+from vireport.findings.checks.workprecision import MethodRun, WorkPrecision
 from vireport.gate.opening import WordedOpening
 from vireport.gate.verdict import Status
+from vireport.verify.outputs import accuracy_opening
 
 QUANTITIES = (
     MeasuredQuantity("velocity", MethodTask.ORBIT, "1.004", True),
@@ -41,7 +41,8 @@ def work(worst: float = 5.4e-13, *more: MethodRun, **other: object) -> WorkPreci
 
 def opened(own: WorkPrecision | None) -> WordedOpening:
     plan = Thing(reason=lambda task: {"compliant": "accuracy.compliant_membrane is false"}[task])
-    return accuracy_opening(Thing(work=own, findings={}, verdict=Thing(added={}), plan=plan)).worded()
+    found = {} if own is None else {"checks": own}
+    return accuracy_opening(Thing(findings=found, verdict=Thing(added={}), plan=plan)).worded()
 
 
 def test_a_right_solution_is_told_in_three_lines() -> None:
@@ -82,7 +83,7 @@ def test_a_device_without_stable_motion_leaves_nothing_to_verify() -> None:
 def test_tables_are_printed_where_they_are_asked_for(example, capsys, monkeypatch) -> None:
     # What is printed does not depend on how finely the slow methods are tried.
     exact = [method for method in METHODS if method.name in (CLOSED, WHOLE)]
-    monkeypatch.setattr("vireport.checks.workprecision.METHODS", exact)
+    monkeypatch.setattr("vireport.findings.checks.workprecision.METHODS", exact)
     quickly = ["--set", "accuracy.compliant_membrane=false", "--set", "accuracy.repeats=1"]
     given = ["verify", str(example("inclined")), *quickly]
     assert main(given) == 0

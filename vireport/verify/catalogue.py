@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from vireport.base.errors import NumericalError
 from vireport.base.progress import WorkStep
 from vireport.design.solution import SMALLEST_LOSS
-from vireport.extremes.critical import critical_rows
-from vireport.extremes.harvester import harvester_of
-from vireport.extremes.motions import motion_rows
-from vireport.extremes.rows import Case, CaseOutcome, run
 from vireport.physics.device import RESTITUTIONS
 from vireport.scenario.loading import Loaded
+from vireport.verify.critical import critical_rows
+from vireport.verify.harvester import harvester_of
+from vireport.verify.motions import motion_rows
+from vireport.verify.rows import Case, CaseOutcome, run
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress

@@ -1,1 +1,0 @@
-"""The catalogue of extreme cases: each answered within its bound, or refused with the reason."""

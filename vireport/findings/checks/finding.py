@@ -1,0 +1,85 @@
+"""What a measurement of methods brings to a study: their errors against 40 digits, and their run times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vireport.base.errors import install_command
+from vireport.base.progress import Progress
+from vireport.study.finding import AddedFinding
+
+if TYPE_CHECKING:
+    from vireport.findings.checks.workprecision import WorkPrecision
+    from vireport.scenario.blocks import Scenario
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+
+STEP = "accuracy"
+"""The block of a scenario that asks for it, the step, and the key of results.json."""
+
+FIGURE = "figure-accuracy"
+
+FEWER = "without some of the methods"
+"""What the measurement is without the package that compiles the simulation."""
+
+
+class ChecksFinding(AddedFinding["WorkPrecision"]):
+    """Error against run time of several methods as an addition to a study."""
+
+    name = "checks"
+    section = "sections/accuracy.typ.j2"
+    within = "appendix"
+
+    def steps(self) -> Iterator[DeclaredStep]:
+        """The measurement, and its figure."""
+        from vireport.study.plan import MPMATH, NUMBA, PICTURES, AddedTask, DeclaredStep, Task, has_block
+
+        block, why = has_block(STEP), "the scenario has an accuracy block"
+        measured = AddedTask(STEP, "error against run time of several methods")
+
+        def costs(scenario: Scenario) -> str:
+            compiled = NUMBA.holds(scenario, frozenset())
+            lacking = "" if compiled else f", without those that need numba: {install_command('numba')}"
+            return f"{measured.what}: about a minute{lacking}"
+
+        yield DeclaredStep(measured, (block, MPMATH), why, (), NUMBA, FEWER, costs, before=Task.OWN_STIFFNESS)
+        drawn = AddedTask(FIGURE, "work-precision diagram")
+        yield DeclaredStep(drawn, (MPMATH, PICTURES), why, (block,), before=Task.FIGURE_DIAGRAM)
+
+    def find(self, study: Study, say: Progress) -> WorkPrecision:
+        """Try every method on the motion and the critical point of the scenario."""
+        from vireport.findings.checks.workprecision import measure
+
+        block = study.scenario.accuracy
+        assert block is not None
+        return measure(study.solution, block.repeats, say)
+
+    def results(self, found: WorkPrecision | None, study: Study) -> Mapping[str, Any]:
+        """The block `accuracy`."""
+        if found is None:
+            return {STEP: None}
+        from vireport.findings.checks.workprecision import accuracy_data
+
+        return {STEP: accuracy_data(found)}
+
+    def pictures(self, found: WorkPrecision, study: Study, templates: Path | None) -> Iterator[Any]:
+        """Errors over run times, where there is something to compare."""
+        drawn = next((step.task for step in study.plan.steps if step.runs and step.task == FIGURE), None)
+        if drawn is not None and found.quantities:
+            from vireport.findings.checks.figure import picture
+
+            yield picture(found, drawn, templates)
+
+    def parts(self, found: WorkPrecision, templates: Path | None) -> Mapping[str, Any]:
+        """What each method reaches, and which is the fastest."""
+        from vireport.findings.checks.tables import measurements, ranking
+
+        return {
+            "measurements": list(measurements(found, templates=templates)),
+            "fastest": list(ranking(found, templates)),
+        }
+
+
+FINDING = ChecksFinding()
