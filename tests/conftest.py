@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     from vireport.study.study import Study
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+
+SHORTEST = "{minimise: length_m, cells: 16, vary: [{path: device.length_m, from: 0.6, to: 1.0}]}"
+"""A search that takes a second: over one input, bounded by the margin alone."""
+
+WITHOUT = "{margin_any_percent: 5, reached_from_rest: false, field_at_most_percent: 1.0e+9}"
 LONGEST_QUICK = 0.3
 """Processor time above which a test is not a quick one [s]: twice what CONTRIBUTING asks, as machines differ."""
 
@@ -39,6 +44,7 @@ OF_ADDITIONS = {
     "bench/test_session.py": {"driven"},
     "gate/test_alerts.py": {"driven"},
     "measurement/test_signals.py": {"tolerances"},
+    "report/test_in_a_browser.py": {"compare", "map", "optimise"},
     "scenario/test_bad_scenarios.py": {"checks", "tolerances"},
     "scenario/test_schema.py": {"checks", "membranes", "tolerances"},
     "study/test_in_python.py": {"compare", "driven", "tolerances"},

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from conftest import first
+from conftest import SHORTEST, WITHOUT, first
 from figure_cases import ROOT, assert_readable, boxes_of, study_of, texts_of
 from matplotlib.text import Text
 from msgspec.structs import replace
@@ -91,12 +91,6 @@ def one_to_one() -> Chart:
 
 def charted(_: Path) -> list[Picture]:
     return [chart_picture(one_to_one())]
-
-
-SHORTEST = "{minimise: length_m, cells: 16, vary: [{path: device.length_m, from: 0.6, to: 1.0}]}"
-"""A search that takes a second: over one input, bounded by the margin alone."""
-
-WITHOUT = "{margin_any_percent: 5, reached_from_rest: false, field_at_most_percent: 1.0e+9}"
 
 
 @cache
