@@ -1498,10 +1498,10 @@ def of_margins(x: Results) -> Iterator[Said]:
     quantity, symbol, _ = SYMBOLS[end["parameter"]]
     digits = digits_of(x, end["parameter"], end["sweep_value"], 3)
     value = in_input(end["parameter"], end["sweep_value"], digits)
-    yield Said(f"The nearest end of stable motion is the {_name(end)} at {symbol} = {{}}.", value)
+    yield Said(f"That is the {_name(end)} at {symbol} = {{}}.", value)
     for key, slope in end["derivatives"].items():
         shift = (slope or 0.0) * getattr(x.device, key) / end["sweep_value"]
         if shift:
             yield Said(f"{SYMBOLS[key][0]} {{}}", Amount(shift, "%", 2))
-    yield Said("if one of the other inputs grows by 1 %: exact")
+    yield Said("if another input grows by 1 %")
     yield Said(f"moves the {_name(end)} in {quantity} by:")

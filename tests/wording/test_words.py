@@ -1231,7 +1231,7 @@ FIGURES: list[tuple[str, dict[str, object], str]] = [
     (
         "figure_margins_caption",
         {"end": END, "exactness": ROUGHLY},
-        "The nearest end of stable motion is the fold C1 at f = 1.9 Hz. The bars",
+        "That is the fold C1 at f = 1.9 Hz. The bars",
     ),
     (
         "figure_margins_alt",

@@ -34,7 +34,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         figure, panels = blank(1)
         axes = panels[0, 0]
         axes.barh(range(len(shifts)), [shift for _, shift in shifts], height=0.7, color=Color.GREY)
-        axes.set_yticks(range(len(shifts)), [f"{name.quantity} {name.symbol}" for name, _ in shifts])
+        axes.set_yticks(range(len(shifts)), [name.quantity for name, _ in shifts])
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)
         shift = f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]"
