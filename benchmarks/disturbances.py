@@ -31,11 +31,11 @@ from record import processor_time, record
 
 from vireport import load
 from vireport.design.solution import solution_of
-from vireport.disturbances.behaviour import disturbances_of
+from vireport.design.switched_on import switched_on_at_once
+from vireport.findings.outcomes.withstood import shocks_around, withstood_by
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.parameters import Parameter
-from vireport.shocks.withstood import shocks_around, withstood_by
 from vireport.simulation.attractors import attractors, find_attractor
 from vireport.simulation.events import BOTTOM, Impact, InFlight, check_start
 from vireport.study.study import sweep_of
@@ -66,18 +66,18 @@ from time import perf_counter
 from vireport.__main__ import entry
 from vireport.study import study
 
-step = study._with_disturbances
+step = study._switched_on
 
-def timed(known):
+def timed(known, say):
     for name in {before}:
         import_module(name)
     known.solution.bounds  # are in results.json anyway
     begun = perf_counter()
-    found = step(known)
+    found = step(known, say)
     print("took", 1e3 * (perf_counter() - begun), file=sys.stderr)
     return found
 
-study._with_disturbances = timed if {before} else lambda known: known
+study._switched_on = timed if {before} else lambda known, say: known
 sys.argv = ["vireport", "run", *sys.argv[1:]]
 entry()
 print("modules", *[name for name in sys.modules if name.startswith("vireport.")], file=sys.stderr)
@@ -137,9 +137,9 @@ def main() -> None:
         solution = solved(name, changes)
         groups = solution.device.groups(Parameter.LENGTH, solution.device.length_m).as_floats()
         rest = Impact(BOTTOM, 0.0, 0.0)
-        ours, found = processor_time(lambda solution=solution: disturbances_of(solution, None), 9)
-        disturbances_of(solution, None, compiled=True)  # compiled
-        compiled, _ = processor_time(lambda solution=solution: disturbances_of(solution, None, compiled=True), 9)
+        ours, found = processor_time(lambda solution=solution: switched_on_at_once(solution), 9)
+        switched_on_at_once(solution, compiled=True)  # compiled
+        compiled, _ = processor_time(lambda solution=solution: switched_on_at_once(solution, compiled=True), 9)
         peer, _ = processor_time(lambda groups=groups, rest=rest: find_attractor(groups, rest, BUDGET, compiled=False))
         withstood_by(solution, shocks=True)  # compiled
         shock_s, withstood = processor_time(lambda solution=solution: withstood_by(solution, shocks=True))

@@ -111,7 +111,7 @@ def imported_by(*arguments: str) -> set[str]:
 DRAWING = {"matplotlib", "typst", "scipy", "numba", "mpmath", "flint", "rich"}
 HEAVY = DRAWING | {"jinja2"}
 DEFERRED = {
-    "vireport.disturbances.windows",
+    "vireport.findings.outcomes.windows",
     "vireport.gate.requirements",
     "vireport.gate.verdict",
     "vireport.scenario.hints",

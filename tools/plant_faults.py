@@ -44,7 +44,7 @@ TESTS = {
     "templates/words": ("tests/wording", "tests/gate", "tests/report"),
     "vireport/cli/identify": ("tests/cli/test_identify_opening.py",),
     "vireport/verify/outputs": ("tests/verify/test_outputs.py",),
-    "vireport/shocks": ("tests/shocks/test_withstood.py",),
+    "vireport/findings/outcomes": ("tests/findings/outcomes/test_withstood.py",),
     "vireport/physics/cubics": ("tests/simulation/test_recorded_force.py",),
     "vireport/physics/groups": ("tests/motions/test_two_restitutions.py", "tests/physics/test_friction_group.py"),
     "vireport/motions/plane": ("tests/motions/test_motion_plane.py", "tests/motions/test_friction.py"),

@@ -70,9 +70,9 @@ def remove(folder: Path, name: str) -> None:
     ]
     if names:
         without_lines(folder / "vireport/__init__.py", rf'^    "({"|".join(names)})",$')
-    contract = folder / "pyproject.toml"
-    layers = re.sub(rf" \| ({either})\b|\b({either}) \| ", "", contract.read_text(encoding="utf-8"))
-    contract.write_text(re.sub(rf'^  "({either})",\n', "", layers, flags=re.MULTILINE), encoding="utf-8")
+    contract, layer = folder / "pyproject.toml", "|".join(package.rpartition(".")[2] for package in packages)
+    layers = re.sub(rf" \| ({layer})\b|\b({layer}) \| ", "", contract.read_text(encoding="utf-8"))
+    contract.write_text(re.sub(rf'^  "({layer})",\n', "", layers, flags=re.MULTILINE), encoding="utf-8")
     contributing = folder / "CONTRIBUTING.md"
     without_lines(contributing, rf"^\| `({either})` \|")
 
@@ -92,16 +92,17 @@ def same_results(names: list[str], without: Any) -> bool:
     """Whether the example gives the same with and without additions, but for their keys and steps."""
     data = results(ROOT)
     for name in names:
-        for block in blocks_of(name):
-            del data["scenario"][block]
+        for path in keys_of(name):
+            block, _, key = path.rpartition(".")
+            ((data["scenario"].get(block) if block else data["scenario"]) or {}).pop(key, None)
         if (finding := findings().get(name)) is None:
             continue
         for key in finding.results(None, None):
             del data[key]
         steps = {row.task for row in finding.steps()}
         data["left_out"] = [row for row in data["left_out"] if row["step"] not in steps]
-        if (block := without.get(finding.within)) is not None:
-            without[finding.within] = finding.results_within(block, None)
+        if (block := without.get(finding.extends)) is not None:
+            without[finding.extends] = finding.results_within(block, None)
     return bool(data == without)
 
 

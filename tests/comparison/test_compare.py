@@ -32,11 +32,12 @@ from vireport.comparison.pages import ComparisonReport
 from vireport.comparison.ranking import Merit, Ranked, rank_studies, ranking_table
 from vireport.comparison.variants import variants
 from vireport.figures.overlay import SCENARIO_COLORS
+from vireport.findings.outcomes.outcomes import Outcomes
+from vireport.findings.outcomes.withstood import withstood_by
 from vireport.gate.least_margin import margin_to_use
 from vireport.gate.verdict import Conclusion
 from vireport.report.rendering import render_html, render_markdown
 from vireport.scenario.parameters import DesignInput
-from vireport.shocks.withstood import withstood_by
 from vireport.study.study import Study
 from vireport.wording.said import Said, spoken
 
@@ -319,7 +320,10 @@ def test_disturbances_that_die_out_sooner_and_larger_shocks_come_first_where_tha
     assert [scenario.name for scenario in by_recovery.ranking] == ["fast", "slow", "unstable"]
     assert by_recovery.headline == "Best: fast; disturbances die out soonest."
     assert "A small disturbance dies out in 17.2 periods; in the next, slow, in 19.4 periods." in facts(by_recovery)
-    bumped = [replace(each, withstood=withstood_by(each.solution, True)) for each in (*studies, pulled(3.4))]
+    bumped = [
+        replace(each, findings={"outcomes": Outcomes(withstood=withstood_by(each.solution, True))})
+        for each in (*studies, pulled(3.4))
+    ]
     names = ("tough", "weak", "unstable", "tougher")
     ranking = rank_studies(dict(zip(names, bumped, strict=True)), (Merit.SHOCK,))
     assert [scenario.name for scenario in ranking] == ["tough", "tougher", "weak", "unstable"]
@@ -330,7 +334,7 @@ def test_disturbances_that_die_out_sooner_and_larger_shocks_come_first_where_tha
     assert row.values == (None, weak.merits[Merit.SHOCK], None)
     assert row.notes[0].startswith("none found up to 6.4")
     # What was tried farther is no more withstood.
-    assert tougher.study.withstood.searched_to_m_s > tough.study.withstood.searched_to_m_s
+    assert tougher.study.outcomes.withstood.searched_to_m_s > tough.study.outcomes.withstood.searched_to_m_s
     assert tougher.merits[Merit.SHOCK] == tough.merits[Merit.SHOCK]
 
 
@@ -345,7 +349,7 @@ def test_where_no_1_1_motion_is_stable_that_which_is_reached_from_rest_is_ranked
         for length, others in ((0.3, (3.0, 2.0, 45)), (0.225, (5.0, 2.5, 30)))
     ]
     alone, beside = (analyse(loads(text), ("json",)) for text in texts)
-    assert alone.withstood is beside.withstood is None
+    assert alone.outcomes.withstood is beside.outcomes.withstood is None
     ranking = rank_studies({"beside": beside, "alone": alone}, (Merit.SHOCK,))
     assert [scenario.name for scenario in ranking] == ["alone", "beside"]
     told = [scenario.to_dict()["least_jump_m_s"] for scenario in ranking]

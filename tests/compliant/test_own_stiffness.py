@@ -228,7 +228,7 @@ def test_an_end_that_the_ball_does_not_reach_is_lost() -> None:
 @pytest.mark.parametrize(("length", "lost"), first(1, [(0.8678, True), (0.75, False)], unpacked=True))
 def test_a_margin_that_the_own_stiffness_takes_is_a_caution(length: float, lost: bool, example) -> None:
     study = analyse(load(example("inclined"), [*GONE, f"device.length_m={length}"]))
-    rigid = verdict_of(Evidence(study.solution, disturbances=study.disturbances))
+    rigid = verdict_of(Evidence(study.solution, switched_on=study.switched_on))
     end = study.verdict.margin.data.compliant
     assert end.point.event is Event.FOLD
     assert end.rigid_margin > 0

@@ -18,7 +18,7 @@ from vireport.design.from_rest import Destination, Target, from_rest, started
 from vireport.design.outcomes_from_rest import outcomes_at
 from vireport.design.point import motions_at
 from vireport.design.solution import solution_of
-from vireport.disturbances.behaviour import disturbances_of
+from vireport.design.switched_on import switched_on_at_once
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
 from vireport.scenario.parameters import Parameter
@@ -149,7 +149,7 @@ def test_a_seventh_of_the_force_sweep_of_the_paper_is_not_reached_from_rest() ->
 
 def test_a_small_disturbance_is_down_to_a_hundredth_after_the_recovery() -> None:
     solution = solved("design-point")
-    told = disturbances_of(solution, None).recovery
+    told = switched_on_at_once(solution).recovery
     motions, groups = solution.design.motions, solution.device.groups(Parameter.LENGTH, 0.7).as_floats()
     from vireport.simulation.events import check_model, check_start, follow_one
     from vireport.simulation.kernel import PHASE, VELOCITY, WALL
@@ -194,7 +194,7 @@ at the bottom alone."""
 def test_a_stable_motion_that_only_starts_find_is_solved_for_and_followed() -> None:
     """One impact on the bottom in 2 periods: the impact law and the flight leave (1 + r) v = 4 gbar."""
     study = analyse(loads(RESTING), ("json",))
-    told = study.disturbances
+    told = study.switched_on
     assert (told.from_rest.destination, told.reached) == (Destination.REST_CYCLE, None)
     (motion,) = told.by_starts
     groups = study.solution.device.groups(Parameter.LENGTH, 1.1).as_floats()
@@ -223,7 +223,7 @@ def test_of_stable_motions_that_many_starts_find_a_few_find_most() -> None:
         (ends,) = attractors(groups, starts, 300, 600, workers=1)
         known = {end.name for end in ends if end.cycle is not None and not end.cycle.sticks}
         often = sum(end.name in known for end in ends) >= 3
-        by_starts = disturbances_of(solution_of(device, None, None, True), None).by_starts
+        by_starts = switched_on_at_once(solution_of(device, None, None, True)).by_starts
         for each in by_starts:
             start = Impact(each.motion.word.walls[0], float(each.motion.velocity[0]) * (1 + 1e-7), each.motion.phase[0])
             assert attractors(groups, [start])[0][0].name == each.name

@@ -37,7 +37,7 @@ from scipy.spatial import KDTree
 
 from vireport.design.from_rest import Destination, FromRest
 from vireport.design.outcomes_from_rest import OutcomeRange
-from vireport.disturbances.behaviour import Disturbances
+from vireport.design.switched_on import SwitchedOn
 from vireport.figures.curves import (
     TURN,
     PairedImpacts,
@@ -77,7 +77,7 @@ def test_a_strip_has_the_outcomes_from_rest_where_they_are() -> None:
         OutcomeRange(start, end, FromRest(destination))
         for start, end, destination in zip(ends, ends[1:], outcomes, strict=False)
     )
-    study = replace(study, disturbances=Disturbances(None, over_sweep=along))
+    study = replace(study, switched_on=SwitchedOn(None, over_sweep=along))
     figure, device = figure_2(study), study.solution.device
     *panels, below = figure.axes
     assert not any(panel.patches for panel in panels)

@@ -403,7 +403,7 @@ SAID = [
         "VR001",
         {
             "solution": known(diagram=object(), parameter=Parameter.LENGTH),
-            "disturbances": sampled(come_to("BBT"), come_to("B~T", sticks=True)),
+            "switched_on": sampled(come_to("BBT"), come_to("B~T", sticks=True)),
             "from_rest_along": (come_to("BBT"), come_to("B~T", sticks=True)),
         },
         ["begins comes to: s = 0.25 m: BBT; s = 0.26 m: B~T. A block 'motions:' or 'simulation:' shows it."],
@@ -614,13 +614,15 @@ def evidence_of(results: dict[str, object]) -> SimpleNamespace:
     nothing |= {
         "from_rest": None,
         "from_rest_along": (),
-        "disturbances": None,
+        "switched_on": None,
         "reached": None,
         "by_starts": (),
         "findings": {},
         "exactness": OF_A_MODEL,
     }
-    return SimpleNamespace(**nothing | results)
+    evidence = SimpleNamespace(**nothing | results)
+    evidence.required_motions_met = any(line.names_motions and line.passed for line in evidence.criteria)
+    return evidence
 
 
 @pytest.mark.parametrize(("code", "results", "parts"), SAID, ids=[f"{code}-{k}" for k, (code, *_) in enumerate(SAID)])
@@ -641,7 +643,7 @@ def test_a_block_that_a_scenario_has_is_not_recommended(end: object, block: str)
             CAUSES[AlertCode.NO_STABLE_MOTION],
             {
                 "solution": known(diagram=object(), parameter=Parameter.LENGTH),
-                "disturbances": sampled(end),
+                "switched_on": sampled(end),
                 "from_rest_along": (end,),
             },
         ),

@@ -517,10 +517,12 @@ def test_a_word_that_is_stable_but_not_reached_from_rest_is_not_met() -> None:
     study = analyse(loads(CHAOS), ("json",))
     (line,) = study.criteria
     assert "BBT" in line.outcome.text
-    assert line.passed is (study.disturbances.from_rest.word == "BBT")
+    assert line.passed is (study.switched_on.from_rest.word == "BBT")
     assert not line.passed
     assert "from rest the device comes to" in line.outcome.why
-    share = sum(each.share for each in study.attracting.motions if each.motion.word.canonical().letters == "BBT")
+    share = sum(
+        each.share for each in study.outcomes.attracting.motions if each.motion.word.canonical().letters == "BBT"
+    )
     assert f"to BBT come {100 * share:.2g} % of 2000 random starts" in line.outcome.why
     assert 0 < share < 0.5
 

@@ -14,6 +14,8 @@ from map_texts import HELD, TEXT, plan_of, undisturbed_result
 
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
+from vireport.findings.outcomes.shock import SCAN
+from vireport.findings.outcomes.withstood import least_of
 from vireport.maps.cells import MapPlan
 from vireport.maps.evaluation import evaluate
 from vireport.maps.run import run_map
@@ -21,8 +23,6 @@ from vireport.motions.pointwise import find_motions
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
 from vireport.scenario.parameters import Parameter
-from vireport.shocks.shock import SCAN
-from vireport.shocks.withstood import least_of
 from vireport.simulation.events import check_model, follow_impacts
 from vireport.simulation.kernel import VELOCITY
 

@@ -13,6 +13,7 @@ from vireport.design.effects import Effect, shifts
 from vireport.design.lines import Line, ends_along, model_on_line, stable_ones
 from vireport.design.point import design_point
 from vireport.design.speed_law import Falling, falling
+from vireport.findings.outcomes.deviations import lap_matrix
 from vireport.motions.paths import Curve
 from vireport.physics import flight
 from vireport.physics.device import Device
@@ -21,7 +22,6 @@ from vireport.physics.groups import Groups, Restitutions, SpeedLaw
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.blocks import LeftOut
 from vireport.scenario.parameters import Parameter
-from vireport.shocks.deviations import lap_matrix
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact, InFlight, check_model, check_start, follow_impacts, follow_one
 from vireport.simulation.kernel import FLIGHT, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL

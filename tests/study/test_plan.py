@@ -9,9 +9,11 @@ from importlib import import_module
 import pytest
 
 from vireport import ScenarioError, UsageError, analyse, load, loads
+from vireport.base.additions import ADDITIONS
 from vireport.cli.app import main
 from vireport.gate.findings import findings
-from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, plan
+from vireport.scenario.blocks import Scenario, keys_left_out
+from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, declared_steps, plan
 
 DESIGN = """\
 schema_version: 1
@@ -203,9 +205,11 @@ def test_errors_that_cannot_be_measured_are_refused_before_work_begins(more, exa
 
 def test_three_lines_say_what_to_add():
     blocks, inputs, every_step = of(DESIGN).left_out_lines()
-    assert [name for name in ("disturbances", "tolerances", "simulation", "accuracy") if f"{name}: for" in blocks]
-    assert blocks.startswith("Add disturbances: for shocks, jitter, distortion and switch-on windows; tolerances: for")
-    assert blocks.endswith("; vireport run --full adds disturbances, motions and simulation.")
+    gains = ["disturbances: for shocks, jitter, distortion and switch-on windows", "tolerances: for the yield"]
+    gains = [gain for gain in gains if gain.partition(":")[0] in {*Scenario.model_fields} - {*keys_left_out(Scenario)}]
+    assert blocks.startswith(f"Add {'; '.join([*gains, 'simulation: for'])}")
+    with_outcomes = "disturbances, " if "outcomes" in ADDITIONS else ""
+    assert blocks.endswith(f"; vireport run --full adds {with_outcomes}motions and simulation.")
     assert inputs.startswith("Give sweep: for branches, ")
     assert "left_out" in every_step
     (every_step,) = of(EVERYTHING, device__membrane=ELECTRICAL, design=None).left_out_lines()
@@ -246,17 +250,18 @@ COMPUTED = {
     Task.CIRCLES: ("vireport.design.attractors_from_rest", "attractors_from_rest"),
     Task.REPRODUCTION: ("vireport.checks.reproduction", "reproduce"),
     Task.EFFECTS: ("vireport.study.study", "shifts"),
-    Task.FROM_REST: ("vireport.disturbances.behaviour", "disturbances_of"),
-    Task.MOMENTS: ("vireport.disturbances.behaviour", "outcomes_by_moment"),
-    Task.WINDOWS: ("vireport.disturbances.behaviour", "_along"),
-    Task.SHOCK: ("vireport.shocks.withstood", "withstood_by"),
-    Task.COEXISTENCE: ("vireport.shocks.attracting", "attracting_motions"),
+    Task.FROM_REST: ("vireport.design.switched_on", "recovery_of"),
+    "from-rest-moments": ("vireport.findings.outcomes.outcomes", "outcomes_by_moment"),
+    "from-rest-windows": ("vireport.findings.outcomes.outcomes", "outcomes_along"),
+    "shock": ("vireport.findings.outcomes.withstood", "withstood_by"),
+    "coexistence": ("vireport.findings.outcomes.attracting", "attracting_motions"),
     Task.SIMULATION: ("vireport.checks.crosscheck", "crosscheck"),
     Task.MOTIONS: ("vireport.atlas.families", "atlas"),
     Task.OWN_STIFFNESS: ("vireport.compliant.own_stiffness", "own_stiffness"),
     "tolerances": ("vireport.findings.tolerances.tolerances", "assess_tolerances"),
 }
-"""The function that does each step, beyond the solution itself."""
+"""The function that does each step, beyond the solution itself; of steps of additions, those that are there."""
+COMPUTED = {task: home for task, home in COMPUTED.items() if task in {row.task for row in declared_steps()}}
 
 SHORT = f"{DESIGN}{SWEEP}"
 LONGER = {

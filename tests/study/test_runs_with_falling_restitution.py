@@ -10,16 +10,16 @@ from conftest import EXAMPLES
 
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.compliant.own_stiffness import own_stiffness
-from vireport.disturbances.behaviour import disturbances_of
 from vireport.findings.checks.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
+from vireport.findings.outcomes.outcomes import switched_on_by
+from vireport.findings.outcomes.withstood import withstood_by
 from vireport.findings.tolerances.region import region_of
 from vireport.physics import flight
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import DesignInput
-from vireport.shocks.withstood import withstood_by
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import analyse
@@ -118,7 +118,7 @@ def test_what_is_called_from_python_refuses_as_well(falling, example) -> None:
         lambda: compliance(solution, (1.0,)),
         lambda: measure(solution, 1),
         lambda: own_stiffness(solution),
-        lambda: disturbances_of(solution, asked),
+        lambda: switched_on_by(solution, asked),
     )
     for call in refused:
         with pytest.raises(UsageError, match="falls with speed"):

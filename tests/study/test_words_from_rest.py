@@ -35,7 +35,7 @@ def scenario(
 def listed(told: dict[str, object]) -> bool:
     """Whether the word that it comes to from rest is stable there, of those that have one within the limits."""
     study = analyse(told, ("json",))
-    end, design = study.disturbances.from_rest, study.solution.design
+    end, design = study.switched_on.from_rest, study.solution.design
     if not end.is_motion or len(end.word) > LIMITS["impacts"] or end.periods > LIMITS["periods"]:
         return False
     word = Word.of(end.word, end.periods)
@@ -70,7 +70,7 @@ def test_the_design_point_need_not_be_among_the_values_looked_at_over_the_sweep(
 @pytest.mark.slow
 def test_words_from_rest_over_the_sweep_are_there_whatever_the_design_point_does() -> None:
     study = analyse(over(4.0, 2.0, 4.0), ("json",))
-    assert not study.disturbances.from_rest.is_motion
+    assert not study.switched_on.from_rest.is_motion
     assert Word.of("BBTT", 1) in {family.word.canonical() for family, _ in study.atlas.stable_at(3.0)}
 
 

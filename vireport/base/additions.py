@@ -32,10 +32,11 @@ class AdditionRow(NamedTuple):
 
 
 ROWS: Mapping[str, AdditionRow] = {
+    "outcomes": AdditionRow(("findings.outcomes",), ("finding",)),
     "checks": AdditionRow(("findings.checks",), ("finding",)),
     "membranes": AdditionRow(("findings.membranes",), ("finding",), after=("checks",)),
     "driven": AdditionRow(("findings.driven",), ("finding",)),
-    "proofs": AdditionRow(("findings.proofs",), ("finding",)),
+    "proofs": AdditionRow(("findings.proofs",), ("finding",), after=("outcomes",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
     "verify": AdditionRow(("verify",), ("command",), after=("checks",)),
     "compare": AdditionRow(("comparison",), ("command",)),

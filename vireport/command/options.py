@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import UsageError
 from vireport.text.foreign import visible
 
@@ -103,8 +104,8 @@ Full = Annotated[
     bool,
     typer.Option(
         "--full",
-        help="Adds those of the blocks disturbances, motions and simulation that the scenario lacks, with their "
-        "defaults.",
+        help=f"Adds those of the blocks {'disturbances, ' * ('outcomes' in ADDITIONS)}motions and simulation that the "
+        "scenario lacks, with their defaults.",
     ),
 ]
 Baseline = Annotated[

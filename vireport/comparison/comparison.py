@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import WorkStep
 from vireport.changes.quantities import QuantityGroup, compared_scenarios
@@ -230,13 +231,14 @@ def _exactness(studies: Sequence[Study]) -> Exactness:
 
 def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Merit, ...]:
     """What is to be ranked by, once every scenario computes it."""
+    allowed = [name for name, merit in RANK_BY.items() if merit is not Merit.SHOCK or "outcomes" in ADDITIONS]
     for name in names:
-        if name not in RANK_BY:
-            raise UsageError(f"scenarios cannot be ranked by {name!r} (allowed: {', '.join(RANK_BY)})")
-        task = Task.SHOCK if RANK_BY[name] is Merit.SHOCK else Task.FROM_REST
+        if name not in allowed:
+            raise UsageError(f"scenarios cannot be ranked by {name!r} (allowed: {', '.join(allowed)})")
+        task = "shock" if RANK_BY[name] is Merit.SHOCK else Task.FROM_REST
         for variant in chosen:
             steps = variant.study.plan if variant.study is not None else plan(variant.loaded.scenario)
-            why = next((step.why for step in steps.left_out if step.task is task), None)
+            why = next((step.why for step in steps.left_out if step.task == task), None)
             if why is not None:
                 raise UsageError(f"{variant.name} cannot be ranked by {name}: {why}")
     return tuple(dict.fromkeys(RANK_BY[name] for name in names))

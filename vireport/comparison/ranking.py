@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -20,7 +20,6 @@ from vireport.design.point import DesignPoint
 from vireport.gate.opening import margin_said
 from vireport.gate.verdict import AddedConclusion, AnyConclusion
 from vireport.scenario.parameters import DesignInput
-from vireport.shocks.withstood import Withstood
 from vireport.study.study import Study
 from vireport.text.foreign import visible
 from vireport.text.formatting import ABSENT, percent, quantity, shown
@@ -28,6 +27,10 @@ from vireport.text.tables import Table, numbers, texts
 from vireport.wording.said import Said, spoken, words_of
 
 _said = words_of("compare")
+
+if TYPE_CHECKING:
+    from vireport.findings.outcomes.outcomes import Outcomes
+    from vireport.findings.outcomes.withstood import Withstood
 
 RANKED_DIGITS = 9
 """Significant digits in which two scenarios differ if one is to be better than the other."""
@@ -142,12 +145,10 @@ class Ranked(Struct, frozen=True, eq=False):
 
     def _disturbed(self, merit: Merit, value: float | None) -> str | Said:
         """What becomes of the motion as the device is switched on, or bumped."""
-        disturbances, withstood = self.study.disturbances, _withstood(self.study)
+        switched_on, withstood = self.study.switched_on, _withstood(self.study)
         if merit is Merit.FROM_REST:
             return (
-                disturbances.from_rest.name
-                if disturbances is not None and disturbances.from_rest is not None
-                else ABSENT
+                switched_on.from_rest.name if switched_on is not None and switched_on.from_rest is not None else ABSENT
             )
         if value is None:
             return ABSENT
@@ -161,7 +162,7 @@ class Ranked(Struct, frozen=True, eq=False):
         """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
         rigid, verdict = _rigid_room(self.study), self.study.verdict
         use = verdict.margin.data.to_use if verdict.margin is not None else None
-        disturbances, withstood = self.study.disturbances, _withstood(self.study)
+        switched_on, withstood = self.study.switched_on, _withstood(self.study)
         return {
             "scenario": self.name,
             "rank": self.rank,
@@ -178,11 +179,11 @@ class Ranked(Struct, frozen=True, eq=False):
             "u_ave_v": self.merits[Merit.VOLTAGE],
             "u_per_second_v": self.merits[Merit.RATE],
             "from_rest": None
-            if disturbances is None or disturbances.from_rest is None
-            else disturbances.from_rest.destination,
+            if switched_on is None or switched_on.from_rest is None
+            else switched_on.from_rest.destination,
             "recovery_periods": None
-            if disturbances is None or disturbances.recovery is None
-            else disturbances.recovery.periods,
+            if switched_on is None or switched_on.recovery is None
+            else switched_on.recovery.periods,
             "least_jump_m_s": None if withstood is None else withstood.jump_m_s,
             "stable_range": [[part.start, part.end] for part in self.study.solution.stable_ranges],
         }
@@ -206,9 +207,8 @@ def rank_studies(studies: Mapping[str, Study], merits: Sequence[Merit] = ()) -> 
 
 def _withstood(study: Study) -> Withstood | None:
     """What the motion in use withstands: the stable 1:1 motions or, where there are none, what is reached from rest."""
-    if study.withstood is not None or study.attracting is None:
-        return study.withstood
-    return study.attracting.withstood(study.attracting.reached)
+    outcomes: Outcomes | None = study.findings.get("outcomes")
+    return None if outcomes is None else outcomes.withstood_in_use
 
 
 def _withstands_all(study: Study) -> float | None:
@@ -232,7 +232,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
         (part.end - part.start) / (1.0 if alike else (part.start + part.end) / 2) for part in solution.stable_ranges
     ]
     voltage = None if design is None else design.u_ave_v
-    disturbances, withstood = study.disturbances, _withstood(study)
+    switched_on, withstood = study.switched_on, _withstood(study)
     shock = _withstands_all(study)
     if withstood is not None and withstood.jump_m_s is not None:
         shock = withstood.jump_m_s
@@ -241,11 +241,9 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
         Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
         Merit.STABILITY: float(stable and (check is None or check.passed)),
         Merit.FROM_REST: None
-        if disturbances is None or disturbances.from_rest is None
-        else float(disturbances.from_rest.reached),
-        Merit.RECOVERY: None
-        if disturbances is None or disturbances.recovery is None
-        else -disturbances.recovery.periods,
+        if switched_on is None or switched_on.from_rest is None
+        else float(switched_on.from_rest.reached),
+        Merit.RECOVERY: None if switched_on is None or switched_on.recovery is None else -switched_on.recovery.periods,
         Merit.SHOCK: None if shock is None else min(shock, tried),
         Merit.MARGIN: room,
         Merit.RANGE: max(widths, default=None) if room is None else None,

@@ -19,7 +19,7 @@ from vireport.simulation.kernel import TURN
 
 Floats = NDArray[np.float64]
 
-Outcomes = Callable[[Floats], Sequence[FromRest]]
+OutcomesAt = Callable[[Floats], Sequence[FromRest]]
 """The outcomes at some values of an input."""
 
 SAMPLED = 5
@@ -84,7 +84,7 @@ def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, c
     ]
 
 
-def sampled(start: float, end: float, outcomes: Outcomes) -> tuple[OutcomeRange, ...]:
+def sampled(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeRange, ...]:
     """The outcomes at a few values of a sweep, its ends among them."""
     values = np.linspace(start, end, SAMPLED)
     return tuple(map(OutcomeRange, values.tolist(), values.tolist(), outcomes(values)))

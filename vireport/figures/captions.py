@@ -48,8 +48,6 @@ FILES = {
     Task.FIGURE_LADDER: "atlas",
     Task.FIGURE_DEVICE: "device",
     Task.FIGURE_MARGINS: "margins",
-    Task.FIGURE_SHOCKS: "shocks",
-    Task.FIGURE_BASIN: "basin",
     Task.FIGURE_CYCLE: "cycle",
 }
 """Templates of the words of each figure of the core; those of figures that are not drawn are not read."""
@@ -231,7 +229,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
 
 def _share_from_rest(study: Study) -> float | None:
     """Share of the sweep on which the ball comes to a 1:1 motion from rest; None where that was not looked for."""
-    along = study.disturbances.over_sweep if study.disturbances is not None else ()
+    along = study.switched_on.over_sweep if study.switched_on is not None else ()
     if not along:
         return None
     reached = sum(stretch.end - stretch.start for stretch in along if stretch.outcome.reached)

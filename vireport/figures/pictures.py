@@ -136,15 +136,5 @@ def _design(study: Study, templates: Path | None) -> Iterator[Picture]:
         yield device.picture(study, templates)
     if study.plan.runs(Task.FIGURE_MARGINS) and (drawn := margins.picture(study, templates)) is not None:
         yield drawn
-    if study.plan.runs(Task.FIGURE_SHOCKS) and study.attracting is not None:
-        from vireport.figures import shocks
-
-        withstood = study.withstood or study.attracting.withstood(study.attracting.reached)
-        if withstood is not None and (plane := shocks.picture(study, withstood, templates)) is not None:
-            yield plane
-    if study.plan.runs(Task.FIGURE_BASIN) and study.basins is not None:
-        from vireport.figures import basin
-
-        yield basin.picture(study.basins, templates)
     if study.plan.runs(Task.FIGURE_CYCLE) and (cycles := cycle.picture(study, templates)) is not None:
         yield cycles

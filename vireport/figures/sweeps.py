@@ -519,8 +519,8 @@ def _marker_scale(simulated: PairedImpacts) -> float:
 
 def _outcomes(drawing: Drawing) -> tuple[OutcomeRange, ...]:
     """The outcomes from rest along the sweep, where they were looked for."""
-    disturbances = drawing.study.disturbances
-    return disturbances.over_sweep if disturbances is not None else ()
+    switched_on = drawing.study.switched_on
+    return switched_on.over_sweep if switched_on is not None else ()
 
 
 def _draw_outcomes(axes: Axes, drawing: Drawing) -> None:

@@ -108,7 +108,7 @@ Cause = Callable[[Evidence], Iterable[Sentence]]
 def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
     if results.solution.diagram is not None and not results.solution.stable_ranges:
         yield Sentence("nowhere")
-        found = results.disturbances
+        found = results.switched_on
         if found is not None and found.sampled:
             swept = results.solution.parameter
             each = [
@@ -139,7 +139,7 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     design = results.solution.design
     if design is None or design.motions.stable_mask.any():
         return
-    if any(criterion.names_motions and criterion.passed for criterion in results.criteria):
+    if results.required_motions_met:
         return  # what is stable there is a motion that was asked for
     count = len(design.motions)
     place = design.parameter.place(design.value)

@@ -30,11 +30,9 @@ if TYPE_CHECKING:
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
     from vireport.design.from_rest import FromRest
-    from vireport.disturbances.behaviour import Disturbances
+    from vireport.design.switched_on import SwitchedOn
     from vireport.motions.families import Atlas, Family
     from vireport.physics.motion import Motion
-    from vireport.shocks.attracting import AttractingMotions
-    from vireport.shocks.withstood import Withstood
 
 Floats = NDArray[np.float64]
 
@@ -58,9 +56,7 @@ class Question(StrEnum):
     WHERE = "Where is the 1:1 motion stable?"
     MARGIN = "With what margin?"
     OWN_STIFFNESS = "And with compliant membranes?"
-    SHOCK = "Which bumps does it withstand?"
     FROM_REST = "Is it reached from rest?"
-    JITTER = "How much does it jitter?"
     REACHED = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"
@@ -201,9 +197,8 @@ def unmet(criteria: Sequence[Criterion]) -> str:
 class Evidence(Struct, frozen=True, eq=False, dict=True):
     """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
 
-    `disturbances` are what the device does when it is switched on and disturbed, `withstood` which shocks its stable
-    motions at the design point stand, and how far random kicks spread them, `effects` how far what the model leaves
-    out moves the nearest end.
+    `switched_on` is what the device does when it is switched on, `effects` how far what the model leaves out moves the
+    nearest end.
     `findings` are what each addition to the study found, by its name.
     `criteria` are the requirements that were judged already, `required` those that are being judged, if any are.
     """
@@ -214,9 +209,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     own_stiffness: OwnStiffness | None = None
     criteria: tuple[Criterion, ...] = ()
     required: RequirementsBlock | None = None
-    disturbances: Disturbances | None = None
-    withstood: Withstood | None = None
-    attracting: AttractingMotions | None = None
+    switched_on: SwitchedOn | None = None
     effects: Shifts | None = None
     findings: Mapping[str, Any] = {}
 
@@ -249,29 +242,29 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     @property
     def from_rest(self) -> FromRest | None:
         """What the device comes to at the design point when it is switched on; None where that is not known."""
-        return self.disturbances.from_rest if self.disturbances is not None else None
+        return self.switched_on.from_rest if self.switched_on is not None else None
 
     @property
     def from_rest_along(self) -> tuple[FromRest, ...]:
         """What it comes to along a sweep without a design point, each once; empty where that was not looked for."""
-        if self.disturbances is None or self.solution.design is not None:
+        if self.switched_on is None or self.solution.design is not None:
             return ()
-        return self.disturbances.outcomes_over_sweep
+        return self.switched_on.outcomes_over_sweep
 
     @property
     def reached(self) -> FollowedMotion | None:
         """The motion of another word that it comes to from rest, where no 1:1 motion is stable."""
-        return self.disturbances.reached if self.disturbances is not None else None
+        return self.switched_on.reached if self.switched_on is not None else None
 
     @property
     def by_starts(self) -> tuple[FollowedMotion, ...]:
         """Stable motions that only some starts in flight come to, where no other is known."""
-        return self.disturbances.by_starts if self.disturbances is not None else ()
+        return self.switched_on.by_starts if self.switched_on is not None else ()
 
     @property
-    def narrow(self) -> bool:
-        """Whether the device comes from rest to the 1:1 motion, but near the design point to something else."""
-        return self.disturbances is not None and self.disturbances.narrow and self.is_reached
+    def required_motions_met(self) -> bool:
+        """Whether it was required which motions may be stable, and is met."""
+        return any(criterion.names_motions and criterion.passed for criterion in self.criteria)
 
     @property
     def is_reached(self) -> bool:

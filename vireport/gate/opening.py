@@ -72,7 +72,7 @@ class FactPlace(Enum):
 
     AFTER_MOTION = "after those on the motion, and on how it is reached"
     AFTER_MARGIN = "after those on its margin"
-    LAST = "last"
+    LAST = "last, but for how many starts come to it"
 
 
 class WordedTile(Struct, frozen=True):
@@ -218,8 +218,9 @@ def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None
     for alert in alerts:
         if alert.severity is not Severity.NOTE and alert.code not in SAID_OTHERWISE:
             yield _fact(Status.CAUTION, "alert", alert)
-    yield from _of_disturbances(verdict)
     yield from _at(FactPlace.LAST, added)
+    if verdict.reached is not None and verdict.reached.data is not None:
+        yield _fact(verdict.reached.status, "starts_reach_it", verdict.reached.data)
 
 
 def _at(place: FactPlace, added: Iterable[Mapping[FactPlace, Iterable[Statement]]]) -> Iterator[Statement]:
@@ -255,10 +256,6 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
     if motion.types and evidence.solution.design is not None:
         if end is None or evidence.is_reached:
             yield _fact(Status.GOOD, "strikes_each", verdict)
-            if end is not None and evidence.narrow:
-                yield _fact(Status.CAUTION, "window_is_narrow", evidence.disturbances)
-        else:
-            yield from _starting(verdict)
         if motion.beside:
             yield _fact(Status.NEUTRAL, "others_coexist", motion.beside)
         return
@@ -284,17 +281,6 @@ def _ending(end: FromRest) -> Said:
     """What the ball does that comes to no 1:1 motion, as the end of a sentence."""
     name = f"ends_{end.destination.name.lower()}"
     return Said(name if end.word else f"{name}_without_period", (end,))
-
-
-def _starting(verdict: Verdict) -> Iterator[Statement]:
-    """What helps where switching on at once does not."""
-    if verdict.from_rest is None:
-        return
-    found = verdict.from_rest.data
-    if found.ramp is not None:
-        yield _fact(Status.CAUTION, "ramp_helps" if found.ramp.periods is not None else "no_ramp_helps", found.ramp)
-    elif found.share is None:  # without a disturbances block no ramp is tried
-        yield _fact(Status.CAUTION, "may_start_slowly")
 
 
 def _of_margin(verdict: Verdict) -> Iterator[Statement]:
@@ -386,18 +372,6 @@ def _of_voltage(verdict: Verdict) -> Iterator[Statement]:
     if volts.severity is not None and not volts.contradictory:
         name = "extrapolated" if volts.field_share is not None else "extrapolated_thickness"
         yield _fact(volts.status, name, volts.stretch)
-
-
-def _of_disturbances(verdict: Verdict) -> Iterator[Statement]:
-    if verdict.shock is not None:
-        shock = verdict.shock.data
-        name = "shock_not_known" if shock.shock is None else "shock_none" if shock.jump_m_s is None else "shock_least"
-        yield _fact(verdict.shock.status, name, shock)
-    if verdict.jitter is not None:
-        jitter = verdict.jitter.data
-        yield _fact(verdict.jitter.status, "jitter" if jitter.spread is not None else "jitter_not_known", jitter)
-    if verdict.reached is not None and verdict.reached.data is not None:
-        yield _fact(verdict.reached.status, "starts_reach_it", verdict.reached.data)
 
 
 def _tile(status: Status, name: str, *given: object) -> Statement:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import cache, cached_property
 from math import inf
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -26,7 +26,7 @@ from vireport.base.errors import NumericalError
 from vireport.design.effects import Effect
 from vireport.gate.designs import Designs, keeps_motion
 from vireport.gate.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
-from vireport.gate.findings import findings
+from vireport.gate.findings import findings, found_by
 from vireport.gate.impacts import Impacts, at_design, followed, largest, spread
 from vireport.gate.ranges import (
     may_be_stable_over_inclinations,
@@ -53,9 +53,6 @@ from vireport.scenario.blocks import (
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.text.formatting import OF_INPUTS, ROUGHLY, given, percent, shown
-
-if TYPE_CHECKING:
-    from vireport.shocks.attracting import AttractingMotion, AttractingMotions
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -331,17 +328,12 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
     return Judgement(None, ", ".join(names), None, reached and not others, ("; ".join(why),))
 
 
-def _allowed(results: Evidence, known: AttractingMotions) -> list[AttractingMotion]:
-    """The stable motions without rests whose words are required."""
-    return [each for each in known.motions if each.motion is not None and results.allows(each.motion.word.letters)]
-
-
 def _share_of_starts(results: Evidence) -> str | None:
     """How many random starts come to an allowed motion, at the design point or the simulated value nearest to it."""
-    check, design, found = results.crosscheck, results.solution.design, results.attracting
-    if found is not None and found.others is not None:
-        own = [each.share or 0.0 for each in _allowed(results, found)]
-        return f"{percent(sum(own))} of {found.starts} random starts"
+    for finding, found in found_by(results.findings):
+        if (share := finding.share_of_starts(found, results)) is not None:
+            return str(share)
+    check, design = results.crosscheck, results.solution.design
     if check is None or design is None:
         return None
     row = int(np.argmin(np.abs(check.values - design.value)))
@@ -361,7 +353,7 @@ def _reached(results: Evidence, limit: Limit) -> Judgement:
 
 
 def _recovery(results: Evidence, limit: Limit) -> Judgement:
-    found = results.disturbances
+    found = results.switched_on
     if found is None or found.recovery is None:
         raise NumericalError(NOT_STABLE if found is None or found.no_recovery is None else str(found.no_recovery))
     return held_against(found.recovery.periods, limit, bound=found.recovery.error_bound)
@@ -414,32 +406,6 @@ def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
             value = np.broadcast_to(part.device.value_of(varied) * (1 + effect.size), len(rows))
             kept[rows] = keeps_motion(part.varied({varied: value}), share)
     return kept
-
-
-def _shock(results: Evidence, limit: Limit) -> Judgement:
-    """The least shock found or, where none leads out, the largest that was tried; of the words that are required."""
-    found, known = results.withstood, results.attracting
-    if results.allowed and known is not None:
-        found = known.withstood(_allowed(results, known))
-        if found is None:
-            raise NumericalError("no stable motion of a word that is required is known at the design point")
-    if found is None:
-        raise NumericalError(NOT_STABLE)
-    if found.searched_to_m_s is None or found.shock is None:
-        raise NumericalError(f"not decided: {found.shock_unknown}")
-    tried = (f"by {found.shock.tried} shocks tried: evidence, not proof",)
-    if found.jump_m_s is not None:
-        return held_against(found.jump_m_s, limit, tried)
-    return held_against(found.searched_to_m_s, limit, ("none leads out up to there, ", *tried))
-
-
-def _jitter(results: Evidence, limit: Limit) -> Judgement:
-    found = results.withstood
-    if found is None:
-        raise NumericalError(NOT_STABLE)
-    if found.phase_deg is None or found.spread is None:
-        raise NumericalError(f"not decided: {found.jitter_unknown}")
-    return held_against(found.phase_deg, limit, bound=found.spread.error * found.phase_deg)
 
 
 def _agreement(results: Evidence, limit: Limit) -> Judgement:
@@ -495,8 +461,6 @@ REQUIREMENTS = (
         OfRun(_with_effects, _may_with_effects),
     ),
     Requirement("withstands_distortion_percent", "Distortion that is withstood", Question.MARGIN, OfRun(_distortion)),
-    Requirement("survives_shock_m_s", "Shock that is survived", Question.SHOCK, OfRun(_shock)),
-    Requirement("phase_jitter_at_most_deg", "Spread of the phases", Question.JITTER, OfRun(_jitter)),
     Requirement("u_ave_at_least_v", "U_ave", Question.VOLTAGE, U_AVE),
     Requirement(
         "u_ave_difference_at_most_v",

@@ -32,12 +32,11 @@ from vireport.text.formatting import Exactness
 if TYPE_CHECKING:
     from vireport.checks.crosscheck import CrossCheck
     from vireport.compliant.own_stiffness import OwnStiffness, StabilityEnd
-    from vireport.disturbances.behaviour import Disturbances
+    from vireport.design.switched_on import SwitchedOn
     from vireport.motions.families import Atlas
     from vireport.physics.device import Shaker
     from vireport.physics.energy import MembraneStretch
     from vireport.physics.word import Word
-    from vireport.shocks.withstood import Withstood
 
 ANY_MARGIN = "margin_any_percent"
 """The requirement that is judged by rigid impacts, and of which a reader may think that it holds for what is used."""
@@ -98,7 +97,6 @@ class Conclusion(Enum):
     MARGIN_UNKNOWN = Status.CAUTION, "Stable, margin not known", Weight.MARGIN
     MARGIN_SHORT = Status.CAUTION, "Stable, margin to use less than required", Weight.MARGIN
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small", Weight.MARGIN
-    WINDOW_NARROW = Status.CAUTION, "Stable, reached from rest within narrow limits only", Weight.MARGIN
     MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only", Weight.MARGIN
     STRETCHED_FAR = Status.CAUTION, "Stable, but a membrane stretches farther than demonstrated", Weight.MODEL
     END_UNKNOWN = (
@@ -319,12 +317,8 @@ class Verdict(Struct, frozen=True, eq=False):
     where : Fact of tuple of StableInterval, or None
         Along the sweep; without one of each input around the design point, that with the nearest end first.
     margin : Fact of NearestEnd, or None
-    shock : Fact of Withstood, or None
-        Where the least shock was looked for.
-    from_rest : Fact of Disturbances, or None
+    from_rest : Fact of SwitchedOn, or None
         Where the 1:1 motion is stable at a design point.
-    jitter : Fact of Withstood, or None
-        Where random kicks are given.
     reached : Fact of CrossCheck or None, or None
         A fact of None where nothing was simulated, and stability is that against small disturbances; no fact where
         the device was nevertheless followed from rest.
@@ -344,9 +338,7 @@ class Verdict(Struct, frozen=True, eq=False):
     motion: Fact[StableMotions]
     where: Fact[tuple[StableInterval, ...]] | None
     margin: Fact[NearestEnd] | None
-    shock: Fact[Withstood] | None
-    from_rest: Fact[Disturbances] | None
-    jitter: Fact[Withstood] | None
+    from_rest: Fact[SwitchedOn] | None
     reached: Fact[CrossCheck | None] | None
     voltage: Fact[StableVoltages | None]
     shaker: Fact[Shaker] | None
@@ -385,9 +377,7 @@ class Verdict(Struct, frozen=True, eq=False):
             "where": self.where,
             "margin": self.margin,
             "own_stiffness": self.own_stiffness,
-            "shock": self.shock,
             "from_rest": self.from_rest,
-            "jitter": self.jitter,
             "reached": self.reached,
             "voltage": self.voltage,
             "shaker": self.shaker,
@@ -434,7 +424,7 @@ class Verdict(Struct, frozen=True, eq=False):
 def verdict_of(evidence: Evidence) -> Verdict:
     """Judge what was found out about a scenario; without criteria nothing is required."""
     solution, criteria = evidence.solution, evidence.criteria
-    motions = _stable_motions(solution, evidence.atlas)
+    motions = stable_motions(solution, evidence.atlas)
     stable = bool(motions.types)
     design = solution.design if stable else None
     from_rest = _from_rest(evidence) if design is not None else None
@@ -442,15 +432,13 @@ def verdict_of(evidence: Evidence) -> Verdict:
         Conclusion.STABLE,
         evidence,
         accepted=_accepted(criteria),
-        motion=_motion(motions, criteria),
+        motion=_motion(motions, evidence),
         where=_where(solution, design, motions),
         margin=_margin(design, evidence) if design is not None else None,
-        shock=_shock(evidence.withstood, criteria) if not motions.narrow else None,
         from_rest=from_rest,
-        jitter=_jitter(evidence.withstood) if not motions.narrow else None,
         reached=_reached(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
         voltage=_voltage(evidence) if not motions.narrow else Fact(Question.VOLTAGE, Status.NEUTRAL, None),
-        shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if _judged(Question.SHAKER, criteria) else None,
+        shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if judged_by(Question.SHAKER, criteria) else None,
         own_stiffness=_own_stiffness(evidence.own_stiffness) if not motions.narrow else None,
         simulated=_simulated(evidence.crosscheck),
         added=_added(evidence),
@@ -469,14 +457,14 @@ def _added(evidence: Evidence) -> dict[str, AddedAnswer[Any]]:
     return {answer.name: answer for answer in answers}
 
 
-def _judged(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]:
+def judged_by(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]:
     """The criteria that an answer is held against."""
     return [criterion for criterion in criteria if criterion.question == question]
 
 
 def _held(fact: AnyFact, criteria: tuple[Criterion, ...]) -> AnyFact:
     """An answer beside which a requirement is not met is not a good one."""
-    missed = any(not criterion.passed for criterion in _judged(fact.question, criteria))
+    missed = any(not criterion.passed for criterion in judged_by(fact.question, criteria))
     return replace(fact, status=Status.BAD) if missed else fact
 
 
@@ -491,7 +479,7 @@ def _conclusions(verdict: Verdict) -> tuple[AnyConclusion, ...]:
     criteria, order = verdict.evidence.criteria, list[str](Question)
     known: list[tuple[str, AnyConclusion]] = list(_of_the_core(verdict))
     for answer in verdict.added.values():
-        if answer.concludes is not None and (answer.question in order or not _judged(answer.question, criteria)):
+        if answer.concludes is not None and (answer.question in order or not judged_by(answer.question, criteria)):
             known.append((answer.question, answer.concludes))
 
     def place(row: tuple[str, AnyConclusion]) -> tuple[int, int]:
@@ -526,7 +514,7 @@ def _of_the_core(verdict: Verdict) -> Iterator[tuple[Question, Conclusion]]:
         end = evidence.from_rest
         decided = end is not None and end.decided
         not_reached = Conclusion.NOT_FROM_REST if decided else Conclusion.FROM_REST_UNKNOWN
-        yield Question.FROM_REST, Conclusion.WINDOW_NARROW if evidence.narrow else not_reached
+        yield Question.FROM_REST, not_reached
     yield from ((Question.VOLTAGE, conclusion) for conclusion in _of_voltage(verdict))
     if _has(verdict.simulated, Status.BAD):
         yield Question.SIMULATED, Conclusion.NOT_VERIFIED
@@ -567,15 +555,15 @@ def _accepted(criteria: tuple[Criterion, ...]) -> Fact[tuple[Criterion, ...]] | 
     return Fact(Question.ACCEPTED, Status.GOOD if met else Status.BAD, criteria)
 
 
-def _motion(motions: StableMotions, criteria: tuple[Criterion, ...]) -> Fact[StableMotions]:
+def _motion(motions: StableMotions, evidence: Evidence) -> Fact[StableMotions]:
     """Whether a motion is stable: a 1:1 motion, or one that is required; another than that is a caution."""
-    required = any(criterion.names_motions and criterion.passed for criterion in criteria)
-    if motions.types or (motions.instead and required):
+    if motions.types or (motions.instead and evidence.required_motions_met):
         return Fact(Question.MOTION, Status.GOOD, motions)
     return Fact(Question.MOTION, Status.CAUTION if motions.instead else Status.BAD, motions)
 
 
-def _stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
+def stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
+    """The stable motions at the design point or, without one, in the sweep; none where no device can be set to them."""
     design = solution.design
     narrow = _narrow(solution)
     if design is None:
@@ -664,27 +652,13 @@ def _own_stiffness(own: OwnStiffness | None) -> Fact[OwnStiffness] | None:
     return Fact(Question.OWN_STIFFNESS, Status.NEUTRAL if kept else Status.CAUTION, own)
 
 
-def _from_rest(evidence: Evidence) -> Fact[Disturbances] | None:
+def _from_rest(evidence: Evidence) -> Fact[SwitchedOn] | None:
     """Whether the device comes from rest to the stable motion, or to another one that is required."""
-    found = evidence.disturbances
-    if found is None or found.from_rest is None:
+    switched_on = evidence.switched_on
+    if switched_on is None or switched_on.from_rest is None:
         return None
-    required = any(criterion.names_motions and criterion.passed for criterion in evidence.criteria)
-    good = (found.from_rest.reached or required) and not found.narrow
-    return Fact(Question.FROM_REST, Status.GOOD if good else Status.CAUTION, found)
-
-
-def _shock(found: Withstood | None, criteria: tuple[Criterion, ...]) -> Fact[Withstood] | None:
-    """The least shock: good only where one is required, as nothing else says how large the shocks of a device are."""
-    if found is None or (found.shock is None and not found.shock_unknown):
-        return None
-    return Fact(Question.SHOCK, Status.GOOD if _judged(Question.SHOCK, criteria) else Status.NEUTRAL, found)
-
-
-def _jitter(found: Withstood | None) -> Fact[Withstood] | None:
-    if found is None or found.jitter is None:
-        return None
-    return Fact(Question.JITTER, Status.CAUTION if found.jitter_unknown else Status.NEUTRAL, found)
+    good = switched_on.from_rest.reached or evidence.required_motions_met
+    return Fact(Question.FROM_REST, Status.GOOD if good else Status.CAUTION, switched_on)
 
 
 def _reached(check: CrossCheck | None) -> Fact[CrossCheck | None]:

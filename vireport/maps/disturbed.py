@@ -13,8 +13,6 @@ from vireport.design.outcomes_from_rest import outcomes_of
 from vireport.maps.cells import Floats
 from vireport.motions.pointwise import PointwiseMotions
 from vireport.physics.groups import Groups
-from vireport.shocks.shock import SCAN
-from vireport.shocks.withstood import least_of
 
 DESTINATIONS = tuple(Destination)
 
@@ -47,6 +45,9 @@ def shock_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int,
     unit : array_like
         y_c of the cells [m/s].
     """
+    from vireport.findings.outcomes.shock import SCAN
+    from vireport.findings.outcomes.withstood import least_of
+
     jump, searched = np.full(len(groups.d), np.nan), np.full(len(groups.d), np.nan)
     stable, admissible = motions.stable(groups.restitution), motions.admissible
     for cell in np.unique(motions.cell[stable]).tolist():

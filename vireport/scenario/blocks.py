@@ -82,8 +82,10 @@ TEXT = Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT), AfterValidat
 """Free text. It gets onto terminals, into logs and onto pages, so that a key of this type can do no harm there."""
 
 
-def _positive(default: Any, title: str, unit: str, meaning: str, *, example: float | None = None) -> Any:
-    return key(default, title, unit, meaning, example=example, ge=SMALLEST, le=LARGEST)
+def _positive(
+    default: Any, title: str, unit: str, meaning: str, *, example: float | None = None, addition: str = ""
+) -> Any:
+    return key(default, title, unit, meaning, example=example, addition=addition, ge=SMALLEST, le=LARGEST)
 
 
 def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
@@ -525,6 +527,7 @@ class RequirementsBlock(Block):
         "Survives a shock of",
         "m/s",
         "Least jump of the relative velocity that leads out of a stable 1:1 motion at the design point; needs numba.",
+        addition="outcomes",
         example=0.3,
     )
     phase_jitter_at_most_deg: Annotated[float | None, Demand(AT_MOST, (Need.JITTER,))] = _positive(
@@ -533,6 +536,7 @@ class RequirementsBlock(Block):
         "deg",
         "Largest standard deviation of the phase of an impact under the random kicks of disturbances.jitter_m_s and "
         "disturbances.jitter_restitution.",
+        addition="outcomes",
         example=5.0,
     )
     u_ave_at_least_v: Annotated[float | None, Demand(AT_LEAST, (Need.BALL_MASS,))] = _positive(
@@ -1149,6 +1153,7 @@ class Scenario(Block):
         "",
         "What the device does when it is switched on. Left out, only the outcome from rest at once, and how fast small "
         "disturbances die out.",
+        addition="outcomes",
     )
     tolerances: WhenGiven[TolerancesBlock] | None = key(
         None,
@@ -1315,7 +1320,11 @@ class MapBlock(Block):
     simulate: MapSimulationBlock | None = key(None, "Simulation", "", "Left out, nothing is simulated.")
     from_rest: bool = key(False, "From rest", "", "Whether to tell what each cell comes to when it is switched on.")
     shock: bool = key(
-        False, "Shock", "", "Whether to look for the least shock that leads out of the stable motion of each cell."
+        False,
+        "Shock",
+        "",
+        "Whether to look for the least shock that leads out of the stable motion of each cell.",
+        addition="outcomes",
     )
     chunk_cells: int | None = key(
         None, "Chunk", "1", "Cells that are computed and stored at once.", example=32768, ge=1, le=LARGEST_CHUNK
@@ -1417,6 +1426,15 @@ def inputs(block: Block, path: str = "") -> Iterator[Input]:
 def to_dict(block: Block) -> dict[str, Any]:
     """Return a block as plain data, defaults filled in, by the names and in the order of the file.
 
-    What is optional and absent is None. Loading the result gives an equal block.
+    What is optional and absent is None; keys of additions that are taken out are not among them. Loading the result
+    gives an equal block.
     """
-    return block.model_dump(mode="json", by_alias=True)
+    data = block.model_dump(mode="json", by_alias=True)
+    for path in keys_left_out(type(block)):
+        *parents, key = path.split(".")
+        within: Any = data
+        for parent in parents:
+            within = (within or {}).get(parent)
+        if within is not None:
+            within.pop(key, None)
+    return data

@@ -12,6 +12,7 @@ from collections.abc import Set as AbstractSet
 from enum import Enum, auto
 from typing import Any, NamedTuple, TypeVar
 
+from vireport.base.additions import ADDITIONS
 from vireport.scenario.blocks import (
     DEMANDS,
     EFFECTS,
@@ -109,7 +110,7 @@ NOT_BOUNCING = {
 }
 """Blocks that a sweep of a restitution does not have, and why."""
 
-ADDED_IF_FULL = "disturbances", "motions", "simulation"
+ADDED_IF_FULL = (*(("disturbances",) if "outcomes" in ADDITIONS else ()), "motions", "simulation")
 """Blocks that `--full` adds: each of their keys has a default. So have those of `accuracy`, which takes ten times as
 long as all of these; `vireport verify` measures it."""
 

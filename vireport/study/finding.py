@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 from vireport.base.progress import Progress
 
 if TYPE_CHECKING:
+    from vireport.design.switched_on import SwitchedOn
     from vireport.gate.evidence import Evidence
     from vireport.gate.opening import FactPlace, Statement
     from vireport.gate.requirements import Requirement
     from vireport.gate.verdict import AddedAnswer, Verdict
+    from vireport.scenario.blocks import Scenario
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
@@ -33,7 +35,9 @@ class AddedFinding(Generic[Found]):
     section : str
         The template of its section in a report, "" where it has none.
     within : str
-        The section of the core that this one belongs to; "" where it is one of its own.
+        The section of the core, or of another addition, that this one belongs to; "" where it is one of its own.
+    extends : str
+        The block of results.json that the core has and that gets keys of its own; "" where none does.
     files : tuple of str
         The files that it may write with results.json.
     """
@@ -41,14 +45,33 @@ class AddedFinding(Generic[Found]):
     name: ClassVar[str]
     section: ClassVar[str] = ""
     within: ClassVar[str] = ""
+    extends: ClassVar[str] = ""
     files: ClassVar[tuple[str, ...]] = ()
 
     def steps(self) -> Iterable[DeclaredStep]:
-        """Its rows of the plan; where the first of them runs, it is looked for."""
+        """Its rows of the plan; where any of them runs, it is looked for."""
         raise NotImplementedError
 
+    def refuse_undecidable(self, scenario: Scenario) -> None:
+        """Refuse what a scenario requires of it and a run cannot judge, before anything is computed.
+
+        Raises
+        ------
+        UsageError
+        """
+
+    def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Found] | None:
+        """What the device does when it is switched on as its keys say, and what it finds out by that.
+
+        It takes the place of what a device does to which the whole force sets in at once. None where no key says how.
+        """
+        return None
+
     def find(self, study: Study, say: Progress) -> Found | None:
-        """What it finds out about a study that has all of the core but what the model leaves out; None for nothing."""
+        """What it finds out about a study that has all of the core but what the model leaves out; None for nothing.
+
+        What it found by switching the device on is among what the study has found.
+        """
         raise NotImplementedError
 
     def contradicts_rigid_impacts(self, found: Found) -> bool:
@@ -60,12 +83,16 @@ class AddedFinding(Generic[Found]):
         return {}
 
     def results_within(self, block: Mapping[str, Any], found: Found | None) -> Mapping[str, Any]:
-        """A block of results.json, that of the section which its own is within, with its keys there."""
+        """The block of results.json that it extends, with its keys there."""
         return block
 
     def requirements(self) -> Iterable[Requirement]:
         """What can be required of it: a row for each of its keys in the block `requirements`."""
         return ()
+
+    def share_of_starts(self, found: Found, evidence: Evidence) -> str | None:
+        """How many starts come to a motion of a word that is required, in words; None where it does not know."""
+        return None
 
     def answers(self, found: Found, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
         """The answers of the verdict to its questions, as far as they arise."""

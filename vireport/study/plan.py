@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError, install_command
 from vireport.gate.findings import findings
 from vireport.scenario.blocks import Direction, Scenario
@@ -49,12 +50,6 @@ class Task(StrEnum):
     CONVERSION = "conversion", "energy per impact, mean power, efficiency and electric field at the design point"
     FROM_REST = "from-rest", "what the device comes to when it is switched on, and how fast disturbances die out"
     SAMPLED_FROM_REST = "from-rest-sampled", "what it comes to at some values of a sweep without stable 1:1 motion"
-    MOMENTS = "from-rest-moments", "from which share of the moments of switching on it is reached, or with which ramp"
-    WINDOWS = "from-rest-windows", "where that changes, around the design point and along the sweep"
-    SHOCK = "shock", "the least jump of the velocity that leads out of the stable motion"
-    COEXISTENCE = "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
-    JITTER = "jitter", "how far random kicks spread phases, velocities and voltages of the stable motion"
-    BASINS = "basins", "which impacts on the bottom membrane lead to which motion"
     REPRODUCTION = "reproduction", "the stable motion, found again by simulation from beside it"
     FIGURE_ANSWER = "figure-answer", "impact speeds over the sweep, on the first page (figure-answer)"
     FIGURE_2 = "figure-2", "impact velocity, phase and flight time (figure-2)"
@@ -72,8 +67,6 @@ class Task(StrEnum):
     MEASURED = "measured", "measured impacts, beside what is computed"
     FIGURE_DEVICE = "figure-device", "the device, and the path of the ball at the design point"
     FIGURE_MARGINS = "figure-margins", "what moves the nearest end of stable motion"
-    FIGURE_SHOCKS = "figure-shocks", "what shocks lead to, by their moment and size (figure-shocks)"
-    FIGURE_BASIN = "figure-basin", "basins of attraction on the section of impacts (figure-basin)"
     FIGURE_CYCLE = "figure-cycle", "the electrical cycle of each impact at the design point (figure-cycle)"
     FIGURE_DIAGRAM = "figure-diagram", "bifurcation diagram by simulation"
     FIGURE_HYSTERESIS = "figure-hysteresis", "the motions of a slow sweep, with their jumps"
@@ -122,7 +115,7 @@ AnyTask = Task | AddedTask
 
 FIGURES = (
     *(Task.FIGURE_ANSWER, Task.FIGURE_2, Task.FIGURE_3, Task.FIGURE_4, Task.FIGURE_6, Task.FIGURE_7),
-    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_SHOCKS, Task.FIGURE_BASIN, Task.FIGURE_CYCLE),
+    *(Task.FIGURE_DEVICE, Task.FIGURE_MARGINS, Task.FIGURE_CYCLE),
     *(Task.FIGURE_DIAGRAM, Task.FIGURE_HYSTERESIS),
     *(Task.FIGURE_ATLAS, Task.FIGURE_LADDER, Task.FIGURE_PORTRAITS),
 )
@@ -167,7 +160,6 @@ class Addition(StrEnum):
         member._value_, member.is_block = name, is_block
         return member
 
-    DISTURBANCES = "disturbances", True
     MOTIONS = "motions", True
     SIMULATION = "simulation", True
     SWEEP = "sweep"
@@ -267,11 +259,13 @@ class Plan(Struct, frozen=True, eq=False):
         inputs = [addition for addition in self.additions if not addition.is_block]
         adding = "add_or_all" if any(addition in ADDED_IF_FULL for addition in blocks) else "add"
         gains = [Words(own, templates)("gain") if isinstance(own, AddedBlock) else own for own in blocks]
-        lines = [(macro, wanted) for macro, wanted in ((adding, gains), ("give", inputs)) if wanted]
+        whole = (" and ".join((", ".join(ADDED_IF_FULL[:-1]), ADDED_IF_FULL[-1])),) if adding == "add_or_all" else ()
+        wording = ((adding, gains, whole), ("give", inputs, ()))
+        lines = [(macro, wanted, more) for macro, wanted, more in wording if wanted]
         say = Words("left-out", templates)
         searched = (step.what for step in self.left_out if step.task is Task.OPTIMISE)
         last = *(f"{capital(text)}." for text in (*searched, *self.lacking)), say("every_step")
-        return *(say(macro, wanted, self.parameter) for macro, wanted in lines), " ".join(last)
+        return *(say(macro, wanted, self.parameter, *more) for macro, wanted, more in lines), " ".join(last)
 
     @property
     def lacking(self) -> tuple[str, ...]:
@@ -386,38 +380,13 @@ MOTIONS = Precondition(
     lambda scenario, _: scenario.motion_limits, "the scenario has no motions block", adds=Addition.MOTIONS
 )
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
-DISTURBANCES = Precondition(
-    lambda scenario, _: scenario.disturbances,
-    "the scenario has no disturbances block (an empty one is enough)",
-    adds=Addition.DISTURBANCES,
-)
 DISTORTED = Precondition(
     lambda scenario, formats: (
         (scenario.disturbances and formats)
         or (scenario.requirements and scenario.requirements.withstands_distortion_percent is not None)
     ),
     "neither a disturbances block nor requirements.withstands_distortion_percent asks for it",
-    adds=Addition.DISTURBANCES,
-)
-BESIDE = Precondition(
-    lambda scenario, formats: (
-        scenario.disturbances or (formats and scenario.requirements and scenario.requirements.allowed)
-    ),
-    DISTURBANCES.otherwise,
-    adds=Addition.DISTURBANCES,
-)
-AT_ONCE = Precondition(
-    lambda scenario, _: scenario.disturbances and not scenario.disturbances.ramp_periods,
-    "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
-)
-JITTER = Precondition(
-    lambda scenario, _: (
-        scenario.disturbances and (scenario.disturbances.jitter_m_s or scenario.disturbances.jitter_restitution)
-    ),
-    "neither disturbances.jitter_m_s nor disturbances.jitter_restitution is given",
-)
-BASIN = Precondition(
-    lambda scenario, _: scenario.disturbances and scenario.disturbances.basin, "disturbances.basin is false"
+    adds=AddedBlock("disturbances") if "outcomes" in ADDITIONS else None,
 )
 
 
@@ -452,10 +421,6 @@ CIRCLED = Precondition(
 )
 
 OUTPUT = Precondition(lambda _, formats: formats, "no output is asked for: designs of a search are only judged")
-
-TOLD = Precondition(
-    lambda scenario, formats: formats or (scenario.requirements and scenario.requirements.allowed), OUTPUT.otherwise
-)
 
 SHIFTS = Precondition(
     lambda scenario, formats: (
@@ -531,14 +496,6 @@ STEPS = (
     DeclaredStep(Task.CONVERSION, (BALL, DIELECTRIC, DESIGN), "the membrane's dielectric is given"),
     DeclaredStep(Task.FROM_REST, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.SAMPLED_FROM_REST, (FRICTIONLESS,), "a sweep is given, and no design point", (NO_DESIGN,)),
-    DeclaredStep(Task.MOMENTS, (DISTURBANCES, DESIGN), "the scenario has a disturbances block"),
-    DeclaredStep(Task.WINDOWS, (DISTURBANCES, AT_ONCE, NUMBA, OUTPUT), "the scenario has a disturbances block"),
-    DeclaredStep(Task.SHOCK, (DISTURBANCES, DESIGN, NUMBA), "the scenario has a disturbances block"),
-    DeclaredStep(
-        Task.COEXISTENCE, (BESIDE, DESIGN, NUMBA, TOLD), "a disturbances block, or a word that is required, asks for it"
-    ),
-    DeclaredStep(Task.JITTER, (DISTURBANCES, JITTER, DESIGN), "one of disturbances.jitter_... is given"),
-    DeclaredStep(Task.BASINS, (DESIGN, NUMBA), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.MEASURED, (OUTPUT,), "the scenario has a measured block", (MEASURED,)),
     DeclaredStep(Task.REPRODUCTION, (SUMMARISED,), "a report is asked for"),
     DeclaredStep(Task.FIGURE_ANSWER, (SWEEP, PICTURES), "a sweep is given"),
@@ -554,8 +511,6 @@ STEPS = (
     ),
     DeclaredStep(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PICTURES), "the design point is given"),
-    DeclaredStep(Task.FIGURE_SHOCKS, (DISTURBANCES, DESIGN, NUMBA, PICTURES), "the scenario has a disturbances block"),
-    DeclaredStep(Task.FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), "disturbances.basin is true", (BASIN,)),
     DeclaredStep(Task.FIGURE_CYCLE, (DESIGN, PICTURES), "the membrane's dielectric is given", (DIELECTRIC,)),
     DeclaredStep(Task.OWN_STIFFNESS, (BALL, FRICTIONLESS, CONSTANT), "the ball mass is given"),
     DeclaredStep(Task.FIGURE_DIAGRAM, (SIMULATION, SWEEP, DIAGRAM, PICTURES), "simulation.diagram is true"),
@@ -686,9 +641,7 @@ def refuse_undecidable(scenario: Scenario) -> None:
     Raises
     ------
     UsageError
-        If a shock must be survived, and the search for it lacks what it needs.
+        If a search that one needs lacks what it needs itself.
     """
-    if scenario.requirements is not None and scenario.requirements.survives_shock_m_s is not None:
-        for step in plan(scenario).left_out:
-            if step.task is Task.SHOCK:
-                raise UsageError(f"requirements.survives_shock_m_s cannot be judged: {step.why}")
+    for finding in findings().values():
+        finding.refuse_undecidable(scenario)

@@ -42,13 +42,9 @@ if TYPE_CHECKING:
     from vireport.checks.hysteresis import Hysteresis
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
-    from vireport.disturbances.behaviour import Disturbances
-    from vireport.disturbances.windows import Window
+    from vireport.design.switched_on import SwitchedOn
     from vireport.measurement.shaker import ShakerFinding
     from vireport.motions.families import Atlas, Family, Mark
-    from vireport.shocks.attracting import AttractingMotion, AttractingMotions
-    from vireport.shocks.basin import Basins
-    from vireport.shocks.withstood import Withstood
     from vireport.simulation.attractors import Attractor
     from vireport.simulation.following import Course, Jump
     from vireport.study.coexistence import Coexisting
@@ -57,12 +53,6 @@ SCHEMA_VERSION = 1
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""
-
-SHOCK = (
-    *("least_jump_m_s", "after", "after_s", "sign", "leads_to"),
-    *("searched_to_m_s", "tried", "reason"),
-)
-"""What results.json has of the least shock."""
 
 DIFFERENCE = 2e-15
 """Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
@@ -395,14 +385,9 @@ def shaker_finding_data(found: ShakerFinding) -> dict[str, Any]:
             return data | {"recorded_m_s2": found.recorded, "scenario_m_s2": found.stated}
 
 
-def disturbances_data(
-    found: Disturbances,
-    withstood: Withstood | None = None,
-    attracting: AttractingMotions | None = None,
-    basins: Basins | None = None,
-) -> dict[str, Any]:
-    """What the device does when it is switched on and disturbed; null is what was not computed."""
-    end, recovery, ramp, window = found.from_rest, found.recovery, found.ramp, found.window
+def switched_on_data(found: SwitchedOn) -> dict[str, Any]:
+    """What the device does when it is switched on, and how fast it recovers; null is what was not computed."""
+    end, recovery = found.from_rest, found.recovery
     from_rest = {
         "outcome": None if end is None else end.destination,
         "word": None if end is None else end.word or None,
@@ -411,9 +396,6 @@ def disturbances_data(
         "settles_after_periods": None if end is None else end.settles_after,
         "ramp_periods": found.ramp_periods,
         "motion": found.reached and _followed(found.reached),
-        "share_of_switch_on_phases": found.share,
-        "ramp_that_reaches_1_1": ramp and {"periods": ramp.periods, "longest_tried": ramp.longest},
-        "window": window and _window(window),
         "along_sweep": [
             {"from": part.start, "to": part.end, "outcome": part.outcome.destination}
             | {"word": part.outcome.word or None, "periods": part.outcome.periods or None}
@@ -422,23 +404,12 @@ def disturbances_data(
     }
     return {
         "from_rest": from_rest,
-        "found_by_starts": [_followed(each) for each in found.by_starts],
-        "shock": _shock(withstood),
+        "found_by_starts": [_followed(motion) for motion in found.by_starts],
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
         "recovery_reason": found.no_recovery,
-        "jitter": withstood and _jitter(withstood),
-        "coexistence": attracting and _coexistence(attracting),
-        "basin": basins and _basin(basins),
     }
-
-
-def _basin(found: Basins) -> dict[str, Any]:
-    """The share of the section of impacts that leads to each motion."""
-    names = "name", "share", "low_95", "high_95"
-    attractors = [dict(zip(names, row, strict=True)) for row in found.shares]
-    return {"impacts": found.impacts, "velocity_up_to_m_s": found.fastest_m_s, "attractors": attractors}
 
 
 def _followed(found: FollowedMotion) -> dict[str, Any]:
@@ -470,74 +441,6 @@ def _followed(found: FollowedMotion) -> dict[str, Any]:
     }
 
 
-def _coexistence(found: AttractingMotions) -> dict[str, Any]:
-    """The stable motions of any word: shares of starts, whether reached from rest, and the least shock of each."""
-    return {
-        "starts": found.starts,
-        "share_of_others": found.others,
-        "motions": [_attracting(each, found) for each in found.motions],
-    }
-
-
-def _attracting(each: AttractingMotion, found: AttractingMotions) -> dict[str, Any]:
-    motion, shock = each.motion, each.shock
-    data = {
-        "name": each.name,
-        "word": motion and motion.word.letters,
-        "periods": motion and motion.word.periods,
-        "velocity": motion and motion.velocity.tolist(),
-        "phase_rad": motion and motion.phase.tolist(),
-        "share_of_starts": each.share,
-        "reached_from_rest": each.from_rest,
-        "least_jump_m_s": None, "after": None, "after_impact": None, "after_s": None, "sign": None, "leads_to": None,
-        "searched_to_m_s": None if shock is None else shock.searched_to * found.velocity_unit,
-        "reason": each.unknown or None,
-    }  # fmt: skip
-    if shock is not None and shock.jump is not None:
-        data["least_jump_m_s"] = shock.jump * found.velocity_unit
-        data |= {"after": _membrane(shock.motion.word.walls[shock.impact] > 0), "after_impact": shock.impact + 1}
-        data |= {"after_s": shock.delay * found.time_unit, "sign": shock.sign}
-        data["leads_to"] = shock.leads_to and shock.leads_to.name
-    return data
-
-
-def _shock(found: Withstood | None) -> dict[str, Any] | None:
-    """The least shock, or why it is not known; None where nothing was looked for."""
-    if found is None or found.shock is None:
-        unknown = found.shock_unknown if found is not None else ""
-        return dict.fromkeys(SHOCK) | {"reason": unknown} if unknown else None
-    least = found.shock
-    out = least.jump is not None
-    values = (
-        *(found.jump_m_s, _membrane(found.after_bottom) if out else None),
-        *(found.delay_s if out else None, least.sign if out else None, least.leads_to and least.leads_to.name),
-        *(found.searched_to_m_s, least.tried, None),
-    )
-    return dict(zip(SHOCK, values, strict=True))
-
-
-def _jitter(found: Withstood) -> dict[str, Any] | None:
-    """The spread at the impacts, or why none is given; None where it was not asked for."""
-    if found.jitter is None:
-        return None
-    spread = found.spread
-    columns: dict[str, float | None] = {}
-    for of in found.spreads:
-        columns |= {f"phase_{of.membrane}_deg": of.phase_deg, f"velocity_{of.membrane}_m_s": of.velocity_m_s}
-        if of.voltage_v is not None:
-            columns |= {f"u_{of.membrane}_v": of.voltage_v, f"u_{of.membrane}_mean_v": of.mean_voltage_v}
-    return {
-        "phase_deg": found.phase_deg,
-        "velocity_m_s": found.velocity_m_s,
-        **columns,
-        "relative_error": None if spread is None else spread.error,
-        "valid": spread is not None,
-        "valid_up_to_m_s": _finite(found.valid_up_to_m_s),
-        "valid_up_to_restitution": _finite(found.valid_up_to_restitution),
-        "reason": found.jitter_unknown or None,
-    }
-
-
 def effects_data(found: Shifts) -> dict[str, Any]:
     """Where the nearest end of stable motion would be with what the model leaves out."""
     end = found.end
@@ -558,7 +461,7 @@ def effects_data(found: Shifts) -> dict[str, Any]:
                 "moved": shift.moved,
                 "moved_relative": shift.relative,
                 "margin_left": shift.left,
-                "least_margin": None if shift.least is None else _finite(shift.least),
+                "least_margin": None if shift.least is None else finite(shift.least),
                 "stable": shift.stable if shift.computed else None,
                 "reason": shift.absence,
             }
@@ -567,26 +470,9 @@ def effects_data(found: Shifts) -> dict[str, Any]:
     }
 
 
-def _finite(value: float | None) -> float | None:
+def finite(value: float | None) -> float | None:
+    """A number, None where it is not finite."""
     return value if value is not None and isfinite(value) else None
-
-
-def _membrane(bottom: bool) -> str:
-    return "bottom" if bottom else "top"
-
-
-def _window(window: Window) -> dict[str, Any]:
-    """The window of an outcome, and what comes beyond either end."""
-    ends = {"from": window.low, "to": window.high}
-    return (
-        {"parameter": window.parameter}
-        | {name: edge.value for name, edge in ends.items()}
-        | {f"{name}_outcome": edge.beyond and edge.beyond.destination for name, edge in ends.items()}
-        | {f"{name}_word": edge.beyond and edge.beyond.word for name, edge in ends.items()}
-        | {f"{name}_periods": edge.beyond and edge.beyond.periods for name, edge in ends.items()}
-        | {f"{name}_accumulates": edge.accumulates for name, edge in ends.items()}
-        | {"claim": Claim.SEARCHED}  # samples tell of no edge that it is the nearest
-    )
 
 
 def _shaker(shaker: Shaker) -> dict[str, float]:

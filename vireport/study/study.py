@@ -28,7 +28,7 @@ from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 from vireport.scenario.blocks import LeftOut, MotionsBlock, Scenario, to_dict
 from vireport.scenario.loading import Loaded, Source, load
-from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.scenario.parameters import DesignInput
 from vireport.study.families import families_data, motions_data
 from vireport.study.plan import (
     FORMATS,
@@ -40,13 +40,13 @@ from vireport.study.plan import (
 from vireport.study.provenance import Provenance
 from vireport.study.results import (
     SCHEMA_VERSION,
-    disturbances_data,
     effects_data,
     family_motions,
     json_bytes,
     motion_rows,
     simulation_data,
     solution_data,
+    switched_on_data,
 )
 from vireport.text.foreign import visible
 from vireport.text.formatting import shown
@@ -57,14 +57,11 @@ if TYPE_CHECKING:
     from vireport.checks.reproduction import Reproduction
     from vireport.compliant.own_stiffness import OwnStiffness
     from vireport.design.attractors_from_rest import AttractorFromRest
-    from vireport.disturbances.behaviour import Disturbances
+    from vireport.design.switched_on import SwitchedOn
     from vireport.gate.opening import Opening
     from vireport.gate.verdict import Verdict
     from vireport.motions.families import Atlas
     from vireport.motions.points import Point
-    from vireport.shocks.attracting import AttractingMotions
-    from vireport.shocks.basin import Basins
-    from vireport.shocks.withstood import Withstood
     from vireport.simulation.following import Jump
     from vireport.study.coexistence import Coexisting
     from vireport.study.measured import Branching, MeasuredAt
@@ -92,14 +89,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         Proven enclosures of the critical points.
     criteria : tuple of Criterion
         What the scenario requires, and whether it is met; () where nothing is required.
-    disturbances : Disturbances or None
-        What the device does when it is switched on and disturbed.
-    withstood : Withstood or None
-        The least shock and the jitter of the stable motions at the design point.
-    attracting : AttractingMotions or None
-        The stable motions of the design point, of any word, beside one another.
-    basins : Basins or None
-        Which impacts on the bottom membrane lead to which motion at the design point.
+    switched_on : SwitchedOn or None
+        What the device does when it is switched on, and how fast it recovers.
     effects : Shifts or None
         How far the nearest end of stable motion would move by what the model leaves out.
     measured : tuple of MeasuredAt
@@ -117,10 +108,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     own_stiffness: OwnStiffness | None = None
     certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
-    disturbances: Disturbances | None = None
-    withstood: Withstood | None = None
-    attracting: AttractingMotions | None = None
-    basins: Basins | None = None
+    switched_on: SwitchedOn | None = None
     effects: Shifts | None = None
     measured: tuple[MeasuredAt, ...] = ()
     findings: Mapping[str, Any] = {}
@@ -147,9 +135,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             atlas=self.atlas,
             own_stiffness=self.own_stiffness,
             criteria=self.criteria,
-            disturbances=self.disturbances,
-            withstood=self.withstood,
-            attracting=self.attracting,
+            switched_on=self.switched_on,
             effects=self.effects,
             findings=self.findings,
         )
@@ -239,17 +225,17 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             "certificates": None if self.certificates is None else [plain(proof) for proof in self.certificates],
             **self._added_data(),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
-            "disturbances": self.disturbances and self._disturbances_data(self.disturbances),
+            "disturbances": self.switched_on and self._switched_on_data(self.switched_on),
             **_measured_data(self.measured),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
 
-    def _disturbances_data(self, found: Disturbances) -> Mapping[str, Any]:
-        """What the device does when it is switched on and disturbed, with what additions know of it."""
-        block: Mapping[str, Any] = disturbances_data(found, self.withstood, self.attracting, self.basins)
+    def _switched_on_data(self, known: SwitchedOn) -> Mapping[str, Any]:
+        """What the device does when it is switched on, with what additions know of it."""
+        block: Mapping[str, Any] = switched_on_data(known)
         for name, finding in findings().items():
-            if finding.within == "disturbances":
+            if finding.extends == "disturbances":
                 block = finding.results_within(block, self.findings.get(name))
         return block
 
@@ -390,21 +376,9 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         from vireport.design.attractors_from_rest import attractors_from_rest
 
         study = replace(study, attractors_from_rest=attractors_from_rest(solution.sweep))
-    nowhere_stable = steps.runs(Task.SAMPLED_FROM_REST) and not solution.stable_ranges
-    if nowhere_stable or steps.runs(Task.FROM_REST, Task.WINDOWS):
-        say("following the ball from rest")
-        study = _with_disturbances(study)
+    study = _switched_on(study, say)
     if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
         study = _with_motions(study, scenario.motion_limits, say)
-    if steps.runs(Task.SHOCK, Task.JITTER):
-        say("looking for the least shock")
-        study = _with_withstood(study)
-    if steps.runs(Task.COEXISTENCE):
-        say("following random starts")
-        study = _with_attracting(study)
-    if steps.runs(Task.BASINS):
-        say("drawing the basin from impacts on the bottom")
-        study = _with_basins(study)
     study = _with_findings(study, say)
     if steps.runs(Task.OWN_STIFFNESS):
         say("solving with the membranes' own stiffness")
@@ -421,15 +395,19 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
 
 
 def _with_findings(study: Study, say: Progress) -> Study:
-    """Add what additions find out, each where the first of its steps runs, and with an equal part of the progress."""
-    firsts = ((name, finding, next(iter(finding.steps()))) for name, finding in findings().items())
-    running = [(name, finding) for name, finding, step in firsts if study.plan.runs(step.task)]
-    found = {}
+    """Add what additions find out, each where any of its steps runs, and with an equal part of the progress.
+
+    An addition knows what those before it have found.
+    """
+    running = [
+        (name, finding)
+        for name, finding in findings().items()
+        if study.plan.runs(*(step.task for step in finding.steps()))
+    ]
     for k, (name, finding) in enumerate(running):
         new = finding.find(study, portion(say, k / len(running), (k + 1) / len(running)))
-        if new is not None:
-            found[name] = new
-    return replace(study, findings=found) if found else study
+        study = study if new is None else replace(study, findings={**study.findings, name: new})
+    return study
 
 
 def _measured(loaded: Loaded, say: Progress) -> tuple[MeasuredAt, ...]:
@@ -438,42 +416,19 @@ def _measured(loaded: Loaded, say: Progress) -> tuple[MeasuredAt, ...]:
     return measured_of(loaded, say)
 
 
-def _with_disturbances(study: Study) -> Study:
-    from vireport.disturbances.behaviour import disturbances_of
-
-    windows = study.plan.runs(Task.WINDOWS)
-    asked = study.scenario.disturbances if study.plan.runs(Task.MOMENTS) else None
-    found = disturbances_of(study.solution, asked, compiled=windows, windows=windows)
-    return replace(study, disturbances=found)
-
-
-def _with_withstood(study: Study) -> Study:
-    from vireport.shocks.withstood import withstood_by
-
-    asked, required = study.scenario.disturbances, study.scenario.requirements
-    kicks = (asked.jitter_m_s or 0.0, asked.jitter_restitution or 0.0) if asked is not None else (0.0, 0.0)
-    least = required.survives_shock_m_s if required is not None else None
-    return replace(study, withstood=withstood_by(study.solution, study.plan.runs(Task.SHOCK), *kicks, least))
-
-
-def _with_attracting(study: Study) -> Study:
-    from vireport.shocks.attracting import attracting_motions
-
-    if study.disturbances is None:
+def _switched_on(study: Study, say: Progress) -> Study:
+    """Switch the device on: as an addition says or, as far as the plan has it, at once."""
+    for name, finding in findings().items():
+        if (known := finding.switched_on(study, say)) is not None:
+            switched_on, new = known
+            return replace(study, switched_on=switched_on, findings={**study.findings, name: new})
+    nowhere_stable = study.plan.runs(Task.SAMPLED_FROM_REST) and not study.solution.stable_ranges
+    if not (nowhere_stable or study.plan.runs(Task.FROM_REST)):
         return study
-    required = study.scenario.requirements
-    known = study.solution, study.disturbances, study.atlas, study.withstood
-    return replace(study, attracting=attracting_motions(*known, required.survives_shock_m_s if required else None))
+    from vireport.design.switched_on import switched_on_at_once
 
-
-def _with_basins(study: Study) -> Study:
-    from vireport.shocks.basin import basins_of
-
-    if study.attracting is None:
-        return study
-    device = study.solution.device
-    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    return replace(study, basins=basins_of(groups, study.attracting.recognised, study.attracting.velocity_unit))
+    say("following the ball from rest")
+    return replace(study, switched_on=switched_on_at_once(study.solution))
 
 
 def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
@@ -496,19 +451,19 @@ def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
 
 def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
     """The motions that the simulation comes to along a sweep, and at the design point: from rest and from starts."""
-    check, told, design = study.crosscheck, study.disturbances, study.solution.design
+    check, switched_on, design = study.crosscheck, study.switched_on, study.solution.design
     if check is not None:
         ends = [(value, end.cycle) for value, end in check.attractors()]
     else:
         ends = [(found.value, found.motion) for found in study.attractors_from_rest]
-    if told is not None and told.from_rest is not None and design is not None:
-        ends.append((design.value, told.from_rest.cycle))
+    if switched_on is not None and switched_on.from_rest is not None and design is not None:
+        ends.append((design.value, switched_on.from_rest.cycle))
     for value, cycle in ends:
         if cycle is not None and not cycle.sticks:
             yield cycle.motion(float(sweep.coordinate_of(value)))
-    if told is not None and design is not None:
-        for found in told.by_starts:
-            yield replace(found.motion, coordinate=float(sweep.coordinate_of(design.value)))
+    if switched_on is not None and design is not None:
+        for followed in switched_on.by_starts:
+            yield replace(followed.motion, coordinate=float(sweep.coordinate_of(design.value)))
 
 
 def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence[Motion]], families: Atlas) -> None:

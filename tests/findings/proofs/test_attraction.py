@@ -17,6 +17,8 @@ from vireport import analyse, loads, recheck_disturbances
 from vireport.base.errors import UsageError
 from vireport.checks.enclosures import UnprovedError
 from vireport.design.point import motions_at
+from vireport.findings.outcomes.deviations import lap_matrix
+from vireport.findings.outcomes.shock import shocked
 from vireport.findings.proofs.cells import Cells, generations
 from vireport.findings.proofs.flights import (
     ERRORS,
@@ -58,8 +60,6 @@ from vireport.physics.device import Device
 from vireport.physics.groups import Groups, Restitutions
 from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
-from vireport.shocks.deviations import lap_matrix
-from vireport.shocks.shock import shocked
 from vireport.simulation.events import check_model, follow_impacts
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, TURN, VELOCITY, WALL
 

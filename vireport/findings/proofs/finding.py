@@ -20,6 +20,7 @@ class ProofsFinding(AddedFinding["Proved"]):
     name = "proofs"
     section = "sections/proofs.typ.j2"
     within = "disturbances"
+    extends = "disturbances"
 
     def steps(self) -> Iterator[DeclaredStep]:
         """One step, listed where the scenario requests proofs."""
@@ -33,18 +34,20 @@ class ProofsFinding(AddedFinding["Proved"]):
 
     def find(self, study: Study, say: Progress) -> Proved | None:
         """Prove what can be proved of the stable motions."""
+        from vireport.findings.outcomes.steps import SHOCK
         from vireport.findings.proofs.proved import proved_of
-        from vireport.study.plan import Task
 
-        behaviour, compiled = study.disturbances, study.plan.runs(Task.SHOCK)
-        return None if behaviour is None else proved_of(study.solution, behaviour, study.withstood, compiled, say)
+        if study.switched_on is None:
+            return None
+        found = study.findings["outcomes"].withstood, study.plan.runs(SHOCK)
+        return proved_of(study.solution, study.switched_on, *found, say)
 
     def results_within(self, block: Mapping[str, Any], found: Proved | None) -> Mapping[str, Any]:
         """The block on disturbances with what is proved: of the start from rest, of shocks, and with what it takes."""
         from_rest = {**block["from_rest"], "proved": found and found.arrival.proved}
         shock, bound = block["shock"], found and found.jump_m_s
         if shock is None and found is not None:
-            from vireport.study.results import SHOCK
+            from vireport.findings.outcomes.results import SHOCK
 
             shock = dict.fromkeys(SHOCK)
         if shock is not None:

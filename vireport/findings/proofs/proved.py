@@ -15,7 +15,11 @@ from vireport.base.progress import Progress
 from vireport.base.records import brief
 from vireport.design.from_rest import Destination, FromRest
 from vireport.design.solution import Solution
-from vireport.disturbances.behaviour import Disturbances
+from vireport.design.switched_on import SwitchedOn
+from vireport.findings.outcomes.manifold import on_shocks, stable_manifold
+from vireport.findings.outcomes.returning import core_of, endings
+from vireport.findings.outcomes.shock import LeastShock
+from vireport.findings.outcomes.withstood import Withstood, stable_and_unstable
 from vireport.findings.proofs.following import Goal
 from vireport.findings.proofs.section import Section, proved_section, section_again
 from vireport.findings.proofs.survived import Survived, survived, survived_again
@@ -24,9 +28,6 @@ from vireport.physics.device import Device
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
-from vireport.shocks.manifold import on_shocks, stable_manifold
-from vireport.shocks.returning import core_of, endings
-from vireport.shocks.withstood import Withstood, stable_and_unstable
 from vireport.simulation.events import BOTTOM
 from vireport.simulation.starts import start_speed
 
@@ -133,7 +134,7 @@ def rounded_down(value: float) -> float:
 
 def proved_of(
     solution: Solution,
-    disturbances: Disturbances,
+    switched_on: SwitchedOn,
     withstood: Withstood | None,
     compiled: bool,
     progress: Progress | None = None,
@@ -143,7 +144,7 @@ def proved_of(
     Parameters
     ----------
     solution : Solution
-    disturbances : Disturbances
+    switched_on : SwitchedOn
         With what the ball from rest comes to.
     withstood : Withstood or None
         With the least shock that leads out: no bound can exceed it.
@@ -164,15 +165,18 @@ def proved_of(
     motions, companions = stable_and_unstable(design, device)
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)
-    say("proving that the motion is from_rest_proved from rest")
-    arrival = _arrival(device, groups, disturbances, [trap for trap in traps if trap is not None], compiled)
+    say("proving that the motion is reached from rest")
+    regions = [trap for trap in traps if trap is not None]
+    end = Unproved.RAMP if switched_on.ramp_periods else switched_on.from_rest
+    arrival = _arrival(device, groups, end, regions, compiled)
     say("proving which share of all impacts comes to the motion")
     sections = _sections(device, groups, [*traps, arrival.trap], compiled)
     if not motions or None in traps:
         return Proved(unit, arrival, sections, unproved=Unproved.NO_REGION if motions else Unproved.NO_MOTION)
     say("proving which shocks the motion survives")
-    farthest = _farthest(groups, motions, companions, withstood, compiled)
-    shocks = (survived(Goal(groups, trap, compiled=compiled), farthest) for trap in traps if trap is not None)
+    least = withstood.shock if withstood is not None else None
+    farthest = _farthest(groups, motions, companions, least, compiled)
+    shocks = (survived(Goal(groups, trap, compiled=compiled), farthest) for trap in regions)
     return Proved(unit, arrival, sections, tuple(shocks))
 
 
@@ -205,13 +209,12 @@ def _released_into(device: Device, groups: Groups[float], trap: Trap, compiled: 
 
 
 def _farthest(
-    groups: Groups[float], motions: list[Motion], companions: list[Motion], withstood: Withstood | None, compiled: bool
+    groups: Groups[float], motions: list[Motion], companions: list[Motion], least: LeastShock | None, compiled: bool
 ) -> float:
     """A size of shocks about up to which a bound is possible [y_c], so that no effort goes into larger ones.
 
     A shock on the stable manifold of an unstable motion leads to that, even where those on both sides of it return.
     """
-    least = withstood.shock if withstood is not None else None
     if least is not None and least.jump is not None:
         return least.jump
     fastest = max(float(np.abs(motion.velocity).max()) for motion in motions)
@@ -237,13 +240,13 @@ def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
 
 
 def _arrival(
-    device: Device, groups: Groups[float], disturbances: Disturbances, traps: list[Trap], compiled: bool
+    device: Device, groups: Groups[float], end: FromRest | Unproved | None, traps: list[Trap], compiled: bool
 ) -> Arrival:
     """Prove that the ball from rest comes to the motion that it does in the simulation, or say why not."""
-    end = disturbances.from_rest
-    refused = Unproved.RAMP if disturbances.ramp_periods else None if end is None else REFUSED.get(end.destination)
-    if end is None or refused is not None:
-        return Arrival(reason=refused or Unproved.NOT_PERIODIC)
+    if end is None or isinstance(end, Unproved):
+        return Arrival(reason=end or Unproved.NOT_PERIODIC)
+    if (refused := REFUSED.get(end.destination)) is not None:
+        return Arrival(reason=refused)
     if end.destination is Destination.OTHER_MOTION:
         traps = [trap for trap in [_other(groups, end, compiled)] if trap is not None]
     if not traps:

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.findings.outcomes.shock import shocked
 from vireport.findings.proofs.cells import OPEN, PROVED, Cells, Halving, generations
 from vireport.findings.proofs.flights import (
     FIRST,
@@ -24,7 +25,6 @@ from vireport.findings.proofs.flights import (
 from vireport.findings.proofs.following import Goal, come_in, patience
 from vireport.findings.proofs.trap import Trap, around
 from vireport.physics.affine import Affine, between
-from vireport.shocks.shock import shocked
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.findings.outcomes.deviations import growth, lap_matrix, stationary
 from vireport.findings.proofs.flights import (
     FIRST,
     SECOND,
@@ -30,7 +31,6 @@ from vireport.motions.stability import flight_jacobian
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
-from vireport.shocks.deviations import growth, lap_matrix, stationary
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -1,0 +1,192 @@
+"""What is said of other starts: facts and sentence of an opening, random kicks, and the words of the figures."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from branches import branches_taken
+from conftest import solved
+
+from vireport.design.from_rest import Destination, FromRest
+from vireport.design.switched_on import SwitchedOn
+from vireport.findings.outcomes.outcomes import Outcomes, Ramp
+from vireport.findings.outcomes.windows import Edge, Window
+from vireport.gate.evidence import Evidence
+from vireport.gate.opening import opening_of
+from vireport.gate.verdict import Status, verdict_of
+from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import ROUGHLY
+from vireport.wording.templates import Words
+
+SHOCK = SimpleNamespace(tried=9000, sign=1, leads_to=SimpleNamespace(name="B~ every 3 forcing periods"))
+RESTING = Edge(0.6912, FromRest(Destination.REST_CYCLE, "B~", 3, 0), accumulates=True)
+LENGTH_WINDOW = Window(Parameter.LENGTH, 0.7, RESTING, Edge(0.75, None, accumulates=False))
+
+
+def withstood(**given: object) -> Evidence:
+    """The inclined capsule with what its motion withstands: least shock, of 0.1234 m/s at the bottom, and jitter."""
+    usual = {"shock": None, "shock_unknown": "", "jump_m_s": 0.1234, "searched_to_m_s": 1.5, "after_bottom": True}
+    usual |= {"delay_s": 0.0, "jitter": None, "spread": None, "jitter_unknown": "", "jitter_m_s": 0.012}
+    usual |= {"jitter_restitution": 0.0, "valid_up_to_restitution": None}
+    usual |= {"phase_deg": 1.234, "velocity_m_s": 0.0234, "valid_up_to_m_s": 0.00356}
+    return Evidence(solved("inclined"), findings={"outcomes": Outcomes(withstood=SimpleNamespace(**usual | given))})
+
+
+def switched_on(end: Destination = Destination.ONE_TO_ONE, settles: int | None = 17, **found: object) -> Evidence:
+    """The inclined capsule with what it comes to when it is switched on, and what is found beside."""
+    motion = {Destination.ONE_TO_ONE: ("BT", 1), Destination.REST_CYCLE: ("B~", 3)}.get(end, ("", 0))
+    known = SwitchedOn(FromRest(end, *motion, settles))
+    return Evidence(solved("inclined"), switched_on=known, findings={"outcomes": Outcomes(**found)})
+
+
+OPENINGS = {
+    "a least shock": (
+        lambda: withstood(shock=SHOCK),
+        ["It withstands bumps below 0.12 m/s."],
+    ),
+    "no shock leads out": (
+        lambda: withstood(shock=SHOCK, jump_m_s=None),
+        ["It withstands all bumps tried, up to 1.5 m/s."],
+    ),
+    "a shock not known": (
+        lambda: withstood(shock_unknown="the motion is too near"),
+        ["Which bumps it withstands is not known."],
+    ),
+    "jitter": (
+        lambda: withstood(jitter=1, spread=1),
+        ["Random kicks spread the impacts by 1.2° and 0.023 m/s."],
+    ),
+    "too much jitter": (
+        lambda: withstood(jitter=1, jitter_unknown="the kicks are too large"),
+        ["How far random kicks spread the impacts is not known."],
+    ),
+    "not reached from rest": (
+        lambda: switched_on(Destination.REST_CYCLE, share=0.2247, ramp=Ramp(10, 80), window=LENGTH_WINDOW),
+        [
+            "It can run, but does not start by itself.",
+            "From rest: not 1:1 (the ball comes to rest every 3 forcing periods (B~))",
+            "Raise the force over 10 periods: then it starts at every moment tried.",
+        ],
+    ),
+    "no ramp helps": (
+        lambda: switched_on(Destination.CHAOTIC, None, ramp=Ramp(None, 80)),
+        ["Raising the force slowly, over up to 80 periods, does not help."],
+    ),
+    "a window that is narrow": (
+        lambda: switched_on(share=1.0, window=LENGTH_WINDOW),
+        [
+            "It runs, and starts by itself, but only within narrow limits.",
+            "The ball strikes each membrane once per period.",
+            "Switched on from rest, it does something else beyond s = 0.691 m, the nearest change found.",
+            "From rest: 17 periods (8.5 s until it has settled)",
+        ],
+    ),
+    "nothing tried": (
+        lambda: switched_on(Destination.CHAOTIC, None),
+        ["A force that rises slowly may start it: add disturbances: to the scenario to know."],
+    ),
+}
+"""What is said of what was found."""
+
+
+@pytest.mark.parametrize("name", OPENINGS)
+def test_an_opening_says_what_other_starts_come_to(name: str) -> None:
+    make, lines = OPENINGS[name]
+    worded = opening_of(verdict_of(make())).worded()
+    text = [line.replace("\u00a0", " ") for line in worded.text]
+    assert [line for line in lines if line not in text] == []
+
+
+def test_what_is_reached_within_narrow_limits_only_is_a_caution() -> None:
+    wide = Window(Parameter.LENGTH, 0.7, Edge(0.6, RESTING.beyond, accumulates=False), LENGTH_WINDOW.high)
+    for window, status in ((wide, Status.GOOD), (LENGTH_WINDOW, Status.CAUTION)):
+        verdict = verdict_of(switched_on(share=1.0, window=window))
+        assert verdict.from_rest.status is status
+        words = [conclusion.word for conclusion in verdict.conclusions]
+        assert ("Stable, reached from rest within narrow limits only" in words) is (status is Status.CAUTION)
+
+
+SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("window_narrow", ("It runs",), "It runs, but only within narrow limits."),
+    ("lacks_window_narrow", (), "starts within narrow limits only"),
+    ("gain", (), "disturbances: for shocks, jitter, distortion and switch-on windows"),
+    (
+        "window_is_narrow",
+        (SimpleNamespace(window=LENGTH_WINDOW),),
+        "Switched on from rest, it does something else beyond s = 0.691 m, the nearest change found.",
+    ),
+    ("kicks", (0.012, 0.0), "one of 0.012 m/s of the velocity just after each"),
+    (
+        "kicks",
+        (0.012, 0.02),
+        "one of 0.012 m/s of the velocity just after each and one of 0.02 of the restitution from impact to impact",
+    ),
+    ("kicks", (0.01234, 0.0, ROUGHLY), "one of 0.012 m/s of the velocity just after each"),
+    ("kicks", (0.0, 0.02345, ROUGHLY), "one of 0.023 of the restitution from impact to impact"),
+]
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), SAID)
+def test_a_macro_says(macro: str, given: tuple[object, ...], text: str) -> None:
+    assert Words("disturbances")(macro, *given).replace("\u00a0", " ") == text
+
+
+FIGURES: list[tuple[str, dict[str, object], str]] = [
+    (
+        "figure_shocks_caption",
+        {
+            "motion": "BBT",
+            "points": 257,
+            "returned": 0.9972,
+            "largest_m_s": 2.448,
+            "least_m_s": 1.224,
+            "manifold": True,
+        },
+        "by up to 2.45 m/s in the motion BBT, at 257 moments of the period and of 257 sizes; positive is towards the "
+        "bottom. 99.7 % of them return to the motion. The least that leads out, 1.22 m/s, is marked. Shocks on the "
+        "line lead onto",
+    ),
+    (
+        "figure_shocks_caption",
+        {"motion": "BT", "points": 257, "returned": 1.0, "largest_m_s": 2.448, "least_m_s": None, "manifold": False},
+        "100 % of them return to the motion.",
+    ),
+    (
+        "figure_shocks_alt",
+        {"outcomes": [("BT every forcing period", 0.75), ("aperiodic", 0.0), ("rest", 0.25)]},
+        "coloured by outcome: BT every forcing period 75 %; rest 25 %.",
+    ),
+    (
+        "figure_basin_caption",
+        {"fastest_m_s": 13.81, "points": 257, "marked": True},
+        "just before it, up to 13.8 m/s; 257 × 257 points. Dots: the impacts of the stable motions.",
+    ),
+    ("figure_basin_caption", {"fastest_m_s": 13.81, "points": 257, "marked": False}, "up to 13.8 m/s; 257 × 257"),
+    (
+        "figure_basin_alt",
+        {"shares": [("BT every forcing period", 0.853, 0.84, 0.86), ("rest", 0.147, 0.14, 0.16)]},
+        "coloured by outcome: BT every forcing period 85 %; rest 15 %.",
+    ),
+]
+
+
+def of_figure(macro: str, *x: dict[str, object]) -> str:
+    return Words(f"figures/{macro.split('_')[1]}")(macro, *x)
+
+
+@pytest.mark.parametrize(("macro", "x", "part"), FIGURES)
+def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str) -> None:
+    assert part in of_figure(macro, x)
+    assert of_figure(f"{macro.rpartition('_')[0]}_title")
+
+
+def test_every_branch_is_said_above() -> None:
+    with branches_taken() as taken:
+        for macro, given, _ in SAID:
+            Words("disturbances")(macro, *given)
+        for macro, x, _ in FIGURES:
+            of_figure(macro, x)
+        branches, told = taken()
+    assert branches
+    assert branches - told == set()

@@ -1,0 +1,152 @@
+"""What the device comes to when it is switched on, the stable motions that this shows, and how fast it recovers."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from vireport.base.records import brief
+from vireport.design.followed import FollowedMotion, followed_motion
+from vireport.design.from_rest import Destination, FromRest, Target, from_rest
+from vireport.design.recovery import NoRecovery, Recovery, recovery_of
+from vireport.design.solution import Solution
+from vireport.physics.groups import Groups
+from vireport.physics.motion import SAME
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.simulation.cycles import SimulatedMotion
+
+if TYPE_CHECKING:
+    from vireport.design.outcomes_from_rest import OutcomeRange
+
+
+class SwitchedOn(Struct, frozen=True, eq=False):
+    """What a device does when it is switched on; what was not computed is None.
+
+    Attributes
+    ----------
+    from_rest : FromRest or None
+        What it comes to at the design point; None where none is given.
+    recovery : Recovery or None
+        Of the slowest stable 1:1 motion at the design point.
+    no_recovery : NoRecovery or None
+        Why it has none, where there is a design point.
+    reached : FollowedMotion or None
+        The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
+        length where there is no sweep; of a device that is switched on at once only where no 1:1 motion is stable.
+    by_starts : tuple of FollowedMotion
+        Where neither a 1:1 motion is stable nor such a motion reached: stable ones that a few starts come to.
+    sampled : tuple of OutcomeRange
+        The outcomes at a few values of a sweep in which no 1:1 motion is stable, where there is neither a design point
+        nor `over_sweep`.
+    over_sweep : tuple of OutcomeRange
+        The outcomes along the whole sweep, where an addition has looked for them.
+    ramp_periods : float
+        Forcing periods in which the amplitude rises, as an addition says; 0 where the whole force sets in at once.
+    """
+
+    from_rest: FromRest | None
+    recovery: Recovery | None = None
+    no_recovery: NoRecovery | None = None
+    reached: FollowedMotion | None = None
+    by_starts: tuple[FollowedMotion, ...] = ()
+    sampled: tuple[OutcomeRange, ...] = ()
+    over_sweep: tuple[OutcomeRange, ...] = ()
+    ramp_periods: float = 0.0
+
+    __repr__ = brief
+
+    @property
+    def outcomes_over_sweep(self) -> tuple[FromRest, ...]:
+        """The outcomes at values of the sweep, each once, in the order of the sweep."""
+        outcomes: list[FromRest] = []
+        for stretch in (*self.over_sweep, *self.sampled):
+            if all(stretch.outcome.kind != other.kind for other in outcomes):
+                outcomes.append(stretch.outcome)
+        return tuple(outcomes)
+
+
+def switched_on_at_once(solution: Solution, compiled: bool = False) -> SwitchedOn:
+    """What a device comes to whose force is there at once, in some milliseconds.
+
+    Parameters
+    ----------
+    solution : Solution
+    compiled : bool
+        Whether to compile the simulation.
+    """
+    if solution.design is None:
+        return SwitchedOn(None, sampled=_sampled(solution, compiled))
+    groups, targets = start_and_targets(solution)
+    end = from_rest(groups, targets, solution.device.period_ratio, compiled)
+    return switched_on(solution, end, compiled, follow=not targets)
+
+
+def start_and_targets(solution: Solution) -> tuple[Groups[float], tuple[Target, ...]]:
+    """The groups of a device, and the stable 1:1 motions of its design point; none without one."""
+    device, design = solution.device, solution.design
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    return groups, Target.of(design.motions) if design is not None else ()
+
+
+def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool = True) -> SwitchedOn:
+    """What is known of a device with a design point once it is known what it comes to.
+
+    Parameters
+    ----------
+    solution : Solution
+    end : FromRest
+    compiled : bool
+        Whether to compile the simulation.
+    follow : bool
+        Whether a motion of another word that it comes to is followed.
+    """
+    recovered = recovery_of(solution)
+    recovery, no_recovery = (recovered, None) if isinstance(recovered, Recovery) else (None, recovered)
+    reached = _reached(solution, end) if follow else None
+    groups, targets = start_and_targets(solution)
+    others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
+    return SwitchedOn(end, recovery, no_recovery, reached, others)
+
+
+def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:
+    """The motion of another word that the device comes to, as its equations have it."""
+    cycle = end.cycle
+    if solution.device.rubs:  # the equations of other words know no stops in flight
+        return None
+    return _followed(solution, cycle) if end.destination is Destination.OTHER_MOTION and cycle is not None else None
+
+
+def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tuple[FollowedMotion, ...]:
+    """The stable motions that some starts come to; without the compiler the first that is found."""
+    if solution.device.rubs:
+        return ()
+    from vireport.design.by_starts import cycles_by_starts
+
+    motions: list[FollowedMotion] = []
+    for cycle in cycles_by_starts(groups, compiled):
+        motion = cycle.motion(0.0)
+        if cycle.sticks or any(motion.distance(other.motion, solution.horizontal) < SAME for other in motions):
+            continue
+        followed = _followed(solution, cycle)
+        motions += [followed] if followed is not None else []
+        if motions and not compiled:
+            break
+    return tuple(motions)
+
+
+def _followed(solution: Solution, cycle: SimulatedMotion) -> FollowedMotion | None:
+    """A motion that was simulated, as its equations have it."""
+    swept = solution.sweep.parameter if solution.sweep is not None else Parameter.LENGTH
+    return followed_motion(solution.device, cycle.motion(0.0), DesignInput(swept))
+
+
+def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
+    """The outcomes at a few values of a sweep in which no 1:1 motion is stable: what the ball does instead."""
+    sweep = solution.sweep
+    if sweep is None or solution.stable_ranges:
+        return ()
+    from vireport.design.outcomes_from_rest import outcomes_at, sampled
+
+    return sampled(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))

@@ -1,0 +1,1 @@
+"""What other starts come to: moments and ramps of switching on, windows, shocks, coexisting motions, jitter, basins."""

@@ -1,0 +1,248 @@
+"""The stable motions of a design point beside one another: which starts come to each, and the least shock of each.
+
+Motions of any word: the 1:1 motions, those of families that were followed, and what the device comes to from rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import inf
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
+from vireport.design.from_rest import Destination, FromRest
+from vireport.design.lines import mirrored
+from vireport.design.solution import Solution
+from vireport.design.switched_on import SwitchedOn
+from vireport.findings.outcomes.deviations import is_smooth
+from vireport.findings.outcomes.returning import Core, Elsewhere, core_of, endings, patient
+from vireport.findings.outcomes.shock import SCAN, LeastShock, least_shock
+from vireport.findings.outcomes.withstood import Withstood, stable_and_unstable
+from vireport.motions.families import Atlas
+from vireport.physics.groups import Groups
+from vireport.physics.motion import SAME, Motion
+from vireport.physics.word import Word
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM
+from vireport.simulation.starts import random_starts, start_speed
+
+STARTS = 2000
+"""Random starts: a share is then known to within some 2 %, in some hundredths of a second."""
+
+SEED = 20240229
+"""Of these, in every run the same."""
+
+
+class AttractingMotion(Struct, frozen=True, eq=False):
+    """A stable motion, and what leads to it and out of it.
+
+    Attributes
+    ----------
+    motion : Motion or None
+        None where the ball comes to rest, again and again or for good.
+    name : str
+        Its word and period.
+    share : float or None
+        Of the random starts that come to it; None where that cannot be told, next to a critical point.
+    from_rest : bool or None
+        Whether the device comes to it that is switched on; None where that does not tell it from its like.
+    shock : LeastShock or None
+        The least shock that leads out of it; None where it is not known.
+    unknown : str
+        Why share and shock are not known; "" otherwise.
+    """
+
+    motion: Motion | None
+    name: str
+    share: float | None
+    from_rest: bool | None
+    shock: LeastShock | None = None
+    unknown: str = ""
+
+    __repr__ = brief
+
+
+class AttractingMotions(Struct, frozen=True, eq=False):
+    """All stable motions known at a design point.
+
+    Attributes
+    ----------
+    motions : tuple of AttractingMotion
+    starts : int
+        Random states in flight, see `random_starts`.
+    others : float or None
+        Share of them that comes to none of these; None where one of the motions cannot be told.
+    velocity_unit : float
+        y_c [m/s].
+    time_unit : float
+        t_c [s].
+    """
+
+    motions: tuple[AttractingMotion, ...]
+    starts: int
+    others: float | None
+    velocity_unit: float
+    time_unit: float
+
+    __repr__ = brief
+
+    @property
+    def recognised(self) -> list[Motion]:
+        """Motions to which the share of returning starts is known."""
+        return [motion.motion for motion in self.motions if motion.motion is not None and motion.share is not None]
+
+    @property
+    def reached(self) -> list[AttractingMotion]:
+        """That which the device comes to from rest, but for one with rests."""
+        return [motion for motion in self.motions if motion.from_rest and motion.motion is not None]
+
+    def withstood(self, chosen: Sequence[AttractingMotion]) -> Withstood | None:
+        """What some of the motions withstand: the least shock of them all; None of none."""
+        if not chosen:
+            return None
+        shocks = [motion.shock for motion in chosen if motion.shock is not None]
+        if len(shocks) < len(chosen):
+            unknown = next(motion.unknown for motion in chosen if motion.shock is None)
+            return Withstood(self.velocity_unit, self.time_unit, shock_unknown=unknown)
+        least = min(shocks, key=lambda shock: inf if shock.jump is None else shock.jump)
+        return Withstood(self.velocity_unit, self.time_unit, least)
+
+
+def attracting_motions(
+    solution: Solution,
+    switched_on: SwitchedOn,
+    atlas: Atlas | None = None,
+    withstood: Withstood | None = None,
+    least_m_s: float | None = None,
+) -> AttractingMotions | None:
+    """Compare the stable motions of a design point, by compiled code: shares of starts, and least shocks.
+
+    Parameters
+    ----------
+    solution : Solution
+    switched_on : SwitchedOn
+        What it comes to from rest.
+    atlas : Atlas, optional
+        Its stable motions are among them where the design point is within the sweep, and its unstable ones companions.
+    withstood : Withstood, optional
+        Whose least shock is not looked for again.
+    least_m_s : float, optional
+        Shock that must be withstood [m/s], as for `withstood_by`.
+
+    Returns
+    -------
+    AttractingMotions or None
+        None without a design point, and where nothing attracts that is known.
+    """
+    design, device = solution.design, solution.device.constant_restitution("the other stable motion")
+    if design is None:
+        return None
+    at = Parameter.LENGTH, device.length_m
+    groups = device.groups(*at).as_floats()
+    stable, unstable = _both_kinds(solution, switched_on, atlas)
+    cores, why = list[Core](), dict[int, str]()
+    for k, motion in enumerate(stable):
+        try:
+            cores.append(core_of(groups, motion, compiled=True))
+        except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
+            why[k] = str(error)
+    cores = patient(groups, cores, unstable)
+    fastest = max((float(np.abs(motion.velocity).max()) for motion in stable), default=0.0)
+    speed = start_speed(groups.restitution, fastest)
+    ends = endings(groups, random_starts(groups.d, speed, STARTS, SEED)[0], cores)
+    place = {k: row for row, k in enumerate(k for k in range(len(stable)) if k not in why)}
+    unit, time_unit = float(device.velocity_unit(*at)), 0.5 / float(device.frequency_hz)
+    least = 0.0 if least_m_s is None else least_m_s / unit
+    recognised, end = [core.motion for core in cores], switched_on.from_rest
+
+    def arrives() -> list[bool]:
+        (last,) = endings(groups, np.array([[float(BOTTOM), 0.0, 0.0, 0.0]]), cores).tolist()
+        return [place.get(k) == last for k in range(len(stable))]
+
+    rested = _from_rest(stable, end, None if switched_on.ramp_periods else arrives)
+    attracting = []
+    for k, motion in enumerate(stable):
+        share = float(np.mean(ends == place[k])) if k in place else None
+        shock, unknown = None, why.get(k, "")
+        if share is not None:
+            others = [other for other in recognised if other is not motion]
+            stated = withstood.shock if withstood is not None else None
+            if stated is not None and stated.motion.distance(motion) == 0:
+                shock = stated
+            else:
+                shock, unknown = _shock(groups, motion, others, unstable, least)
+        attracting.append(AttractingMotion(motion, motion.word.name, share, rested[k], shock, unknown))
+    rests = float(np.mean(ends == Elsewhere.RESTS))
+    resting = end is not None and end.destination in (Destination.REST_CYCLE, Destination.AT_REST)
+    if rests or resting:
+        name = end.name if end is not None and resting else "rest"
+        attracting.append(AttractingMotion(None, name, rests, resting))
+    if not attracting:
+        return None
+    shares = sum(attracted.share or 0.0 for attracted in attracting)
+    elsewhere = None if why else max(1 - shares, 0.0)
+    return AttractingMotions(tuple(attracting), STARTS, elsewhere, unit, time_unit)
+
+
+def _both_kinds(solution: Solution, switched_on: SwitchedOn, atlas: Atlas | None) -> tuple[list[Motion], list[Motion]]:
+    """The stable motions at the design point, and the unstable ones, each once."""
+    design, device = solution.design, solution.device.constant_restitution("the other stable motion")
+    if design is None:
+        return [], []
+    stable, unstable = stable_and_unstable(design, device)
+    flat = mirrored(device)
+
+    def add(to: list[Motion], motion: Motion) -> None:
+        for image in (motion, motion.mirrored()) if flat else (motion,):
+            if all(image.distance(other) > SAME for other in to):
+                to.append(image)
+
+    if atlas is not None and min(ends := (atlas.sweep.start, atlas.sweep.end)) <= design.value <= max(ends):
+        for _, motion in atlas.stable_at(design.value):
+            add(stable, motion)
+        for _, motion in atlas.at(design.value):
+            if is_smooth(motion) and all(motion.distance(earlier) > SAME for earlier in stable):
+                add(unstable, motion)
+    reached = (switched_on.reached,) if switched_on.reached is not None else ()
+    for followed in (*reached, *switched_on.by_starts):
+        add(stable, followed.motion)
+    return stable, unstable
+
+
+def _from_rest(
+    stable: Sequence[Motion], end: FromRest | None, arrives: Callable[[], list[bool]] | None
+) -> list[bool | None]:
+    """Which of the motions the device comes to that is switched on.
+
+    Of several with one word, those at which a ball from rest `arrives`; with a ramp that is not told.
+    """
+    if end is None or not end.is_motion:
+        return [False] * len(stable)
+    word = Word.of(end.word, end.periods).canonical()
+    alike = [motion.word.canonical() == word for motion in stable]
+    if sum(alike) <= 1:
+        return list[bool | None](alike)
+    if arrives is None:
+        return [None if same_word else False for same_word in alike]
+    return [same_word and there for same_word, there in zip(alike, arrives(), strict=True)]
+
+
+def _shock(
+    groups: Groups[float],
+    motion: Motion,
+    others: Sequence[Motion],
+    unstable: Sequence[Motion],
+    least: float,
+) -> tuple[LeastShock | None, str]:
+    """The least shock of a motion, or why it is not known."""
+    try:
+        # Beside chaos each shock that leads out is followed for thousands of impacts: a full search took ten minutes.
+        shock = least_shock(groups, motion, others, unstable, effort=SCAN)
+        if shock.jump is None and least >= shock.searched_to:
+            shock = least_shock(groups, motion, others, unstable, least * (1 + 1e-9), SCAN)
+        return shock, ""
+    except (NumericalError, ValueError) as error:
+        return None, str(error)

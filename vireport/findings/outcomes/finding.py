@@ -1,0 +1,188 @@
+"""What other starts bring to a study: moments, windows, shocks, coexisting motions, jitter and basins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vireport.base.errors import UsageError
+from vireport.base.progress import Progress
+from vireport.study.finding import AddedFinding
+
+if TYPE_CHECKING:
+    from vireport.design.switched_on import SwitchedOn
+    from vireport.findings.outcomes.outcomes import Outcomes
+    from vireport.gate.evidence import Evidence
+    from vireport.gate.opening import FactPlace, Statement
+    from vireport.gate.requirements import Requirement
+    from vireport.gate.verdict import AddedAnswer, Status, Verdict
+    from vireport.scenario.blocks import Scenario
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+
+BLOCK = "disturbances"
+"""The block of a scenario that asks for it; its keys in results.json and its words have the same name."""
+
+BUMPS, KICKS = "Which bumps does it withstand?", "How much does it jitter?"
+"""Its questions."""
+
+
+class OutcomesFinding(AddedFinding["Outcomes"]):
+    """What other starts come to than a ball at rest, as an addition to a study."""
+
+    name = "outcomes"
+    section = "sections/disturbances.typ.j2"
+    extends = BLOCK
+
+    def steps(self) -> Iterator[DeclaredStep]:
+        """Six steps and two figures."""
+        from vireport.findings.outcomes.steps import steps
+
+        return steps()
+
+    def refuse_undecidable(self, scenario: Scenario) -> None:
+        """Refuse a shock to be survived where the search for it lacks what it needs."""
+        if scenario.requirements is None or scenario.requirements.survives_shock_m_s is None:
+            return
+        from vireport.findings.outcomes.steps import SHOCK
+        from vireport.study.plan import plan
+
+        for step in plan(scenario).left_out:
+            if step.task == SHOCK:
+                raise UsageError(f"requirements.survives_shock_m_s cannot be judged: {step.why}")
+
+    def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Outcomes] | None:
+        """What the device does when it is switched on as the block says, at any moment, and near the design point."""
+        from vireport.findings.outcomes.steps import MOMENTS, WINDOWS
+
+        moments, windows = study.plan.runs(MOMENTS), study.plan.runs(WINDOWS)
+        block = study.scenario.disturbances
+        if block is None or not (moments or windows):
+            return None
+        say("following the ball from rest")
+        from vireport.findings.outcomes.outcomes import Outcomes, outcomes_along, switched_on_by
+
+        if moments:
+            return switched_on_by(study.solution, block, compiled=windows, windows=windows)
+        from vireport.design.switched_on import SwitchedOn, switched_on_at_once
+
+        strip = outcomes_along(study.solution, compiled=windows)
+        known = SwitchedOn(None, over_sweep=strip) if strip else switched_on_at_once(study.solution, compiled=windows)
+        return known, Outcomes()
+
+    def find(self, study: Study, say: Progress) -> Outcomes:
+        """Look for the least shock, follow random starts, and draw basins, as the plan says."""
+        from vireport.findings.outcomes.outcomes import Outcomes, with_basins, with_coexistence, with_shocks
+        from vireport.findings.outcomes.steps import BASINS, COEXISTENCE, JITTER, SHOCK
+
+        outcomes: Outcomes = study.findings.get(self.name, Outcomes())
+        if study.plan.runs(SHOCK, JITTER):
+            say("looking for the least shock")
+            outcomes = with_shocks(outcomes, study, study.plan.runs(SHOCK))
+        if study.plan.runs(COEXISTENCE):
+            say("following random starts")
+            outcomes = with_coexistence(outcomes, study)
+        if study.plan.runs(BASINS):
+            say("drawing the basin from impacts on the bottom")
+            outcomes = with_basins(outcomes, study)
+        return outcomes
+
+    def results_within(self, block: Mapping[str, Any], found: Outcomes | None) -> Mapping[str, Any]:
+        """The block on disturbances with what other starts come to."""
+        from vireport.findings.outcomes.outcomes import Outcomes
+        from vireport.findings.outcomes.results import outcomes_data
+
+        return outcomes_data(block, found or Outcomes())
+
+    def requirements(self) -> Iterator[Requirement]:
+        """A least shock, and a largest spread of the phases."""
+        from vireport.findings.outcomes.judging import judged_jitter, judged_shock
+        from vireport.gate.requirements import OfRun, Requirement
+
+        yield Requirement("survives_shock_m_s", "Shock that is survived", BUMPS, OfRun(judged_shock))
+        yield Requirement("phase_jitter_at_most_deg", "Spread of the phases", KICKS, OfRun(judged_jitter))
+
+    def share_of_starts(self, found: Outcomes, evidence: Evidence) -> str | None:
+        """How many random starts come to a motion of a word that is required."""
+        from vireport.findings.outcomes.judging import share_of_starts
+
+        return None if found.attracting is None else share_of_starts(evidence, found.attracting)
+
+    def answers(self, found: Outcomes, evidence: Evidence) -> Iterator[AddedAnswer[Outcomes]]:
+        """The least shock, what holds against the way from rest, and the jitter."""
+        from vireport.gate.evidence import Question
+        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight, judged_by, stable_motions
+
+        motions = stable_motions(evidence.solution, evidence.atlas)
+        withstood = found.withstood if not motions.narrow else None
+        if withstood is not None and (withstood.shock is not None or withstood.shock_unknown):
+            # Good only where one is required: nothing else says how large the shocks of a device are.
+            status = Status.GOOD if judged_by(BUMPS, evidence.criteria) else Status.NEUTRAL
+            yield AddedAnswer(BUMPS, status, found, name="shock")
+        end = evidence.from_rest if evidence.solution.design is not None and motions.types else None
+        if end is not None and found.narrow and (end.reached or evidence.required_motions_met):
+            word = "Stable, reached from rest within narrow limits only"
+            concludes = AddedConclusion("WINDOW_NARROW", Status.CAUTION, word, Weight.MARGIN, BLOCK)
+            yield AddedAnswer(Question.FROM_REST, Status.CAUTION, found, name="window", concludes=concludes)
+        if withstood is not None and withstood.jitter is not None:
+            status = Status.CAUTION if withstood.jitter_unknown else Status.NEUTRAL
+            yield AddedAnswer(KICKS, status, found, name="jitter")
+
+    def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
+        """What helps to start it, what else it does nearby, and what it withstands."""
+        from vireport.gate.opening import FactPlace
+
+        return {FactPlace.AFTER_MOTION: _starting(verdict), FactPlace.LAST: _withstanding(verdict)}
+
+    def pictures(self, found: Outcomes, study: Study, templates: Path | None) -> Iterator[Any]:
+        """What shocks lead to, and the basins on the section of impacts."""
+        from vireport.findings.outcomes.steps import FIGURE_BASIN, FIGURE_SHOCKS
+
+        if study.plan.runs(FIGURE_SHOCKS):
+            from vireport.findings.outcomes import shocks_figure
+
+            if (plane := shocks_figure.picture(found, study.solution.device, templates)) is not None:
+                yield plane
+        if study.plan.runs(FIGURE_BASIN) and found.basins is not None:
+            from vireport.findings.outcomes import basin_figure
+
+            yield basin_figure.picture(found.basins, templates)
+
+
+def _fact(status: Status, name: str, *given: object) -> Statement:
+    from vireport.gate.opening import Statement
+    from vireport.wording.said import Said
+
+    return Statement(status, Said(name, given, BLOCK))
+
+
+def _starting(verdict: Verdict) -> Iterator[Statement]:
+    """What helps where switching on at once does not, and what else the device does near the design point."""
+    from vireport.findings.outcomes.judging import outcomes_of
+    from vireport.gate.verdict import Status
+
+    evidence, found = verdict.evidence, outcomes_of(verdict.evidence)
+    if verdict.from_rest is None or evidence.from_rest is None:
+        return
+    if evidence.is_reached:
+        if found.narrow:
+            yield _fact(Status.CAUTION, "window_is_narrow", found)
+    elif found.ramp is not None:
+        yield _fact(Status.CAUTION, "ramp_helps" if found.ramp.periods is not None else "no_ramp_helps", found.ramp)
+    elif found.share is None:  # without a block no ramp is tried
+        yield _fact(Status.CAUTION, "may_start_slowly")
+
+
+def _withstanding(verdict: Verdict) -> Iterator[Statement]:
+    """The least shock, and how far random kicks spread the impacts."""
+    if (bumps := verdict.added.get("shock")) is not None:
+        shock = bumps.data.withstood
+        name = "shock_not_known" if shock.shock is None else "shock_none" if shock.jump_m_s is None else "shock_least"
+        yield _fact(bumps.status, name, shock)
+    if (kicks := verdict.added.get("jitter")) is not None:
+        spread = kicks.data.withstood
+        yield _fact(kicks.status, "jitter" if spread.spread is not None else "jitter_not_known", spread)
+
+
+FINDING = OutcomesFinding()

@@ -1,0 +1,61 @@
+"""What is required of shocks and kicks, and which starts come to motions of words that are required."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vireport.base.errors import NumericalError
+from vireport.findings.outcomes.outcomes import Outcomes
+from vireport.gate.evidence import Evidence, Judgement, Limit, held_against
+from vireport.gate.requirements import NOT_STABLE
+from vireport.text.formatting import percent
+
+if TYPE_CHECKING:
+    from vireport.findings.outcomes.attracting import AttractingMotion, AttractingMotions
+
+
+def outcomes_of(evidence: Evidence) -> Outcomes:
+    """What is known of other starts, nothing where it was not looked for."""
+    outcomes: Outcomes = evidence.findings.get("outcomes", Outcomes())
+    return outcomes
+
+
+def judged_shock(evidence: Evidence, limit: Limit) -> Judgement:
+    """The least shock found or, where none leads out, the largest that was tried; of the words that are required."""
+    outcomes = outcomes_of(evidence)
+    withstood, attracting = outcomes.withstood, outcomes.attracting
+    if evidence.allowed and attracting is not None:
+        withstood = attracting.withstood(allowed_motions(evidence, attracting))
+        if withstood is None:
+            raise NumericalError("no stable motion of a word that is required is known at the design point")
+    if withstood is None:
+        raise NumericalError(NOT_STABLE)
+    if withstood.searched_to_m_s is None or withstood.shock is None:
+        raise NumericalError(f"not decided: {withstood.shock_unknown}")
+    tried = (f"by {withstood.shock.tried} shocks tried: evidence, not proof",)
+    if withstood.jump_m_s is not None:
+        return held_against(withstood.jump_m_s, limit, tried)
+    return held_against(withstood.searched_to_m_s, limit, ("none leads out up to there, ", *tried))
+
+
+def judged_jitter(evidence: Evidence, limit: Limit) -> Judgement:
+    """The largest spread of the phase of an impact under the kicks that are given."""
+    withstood = outcomes_of(evidence).withstood
+    if withstood is None:
+        raise NumericalError(NOT_STABLE)
+    if withstood.phase_deg is None or withstood.spread is None:
+        raise NumericalError(f"not decided: {withstood.jitter_unknown}")
+    return held_against(withstood.phase_deg, limit, bound=withstood.spread.error * withstood.phase_deg)
+
+
+def share_of_starts(evidence: Evidence, attracting: AttractingMotions) -> str | None:
+    """How many random starts come to a motion of a word that is required; None where that cannot be told."""
+    if attracting.others is None:
+        return None
+    shares = [motion.share or 0.0 for motion in allowed_motions(evidence, attracting)]
+    return f"{percent(sum(shares))} of {attracting.starts} random starts"
+
+
+def allowed_motions(evidence: Evidence, attracting: AttractingMotions) -> list[AttractingMotion]:
+    """The stable motions without rests whose words are required."""
+    return [row for row in attracting.motions if row.motion is not None and evidence.allows(row.motion.word.letters)]

@@ -1,0 +1,315 @@
+"""The ends of many starts: the motion that they were knocked out of, another one, rest, or none of these.
+
+A start has returned once it is in the core of a stable motion, a neighbourhood that the map takes into itself; so most
+are known after a few impacts, and no start is followed until it has settled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from math import ceil, log, pi
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base.errors import NumericalError
+from vireport.findings.outcomes.deviations import flight_matrices, growth, lap_matrix, stationary
+from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
+from vireport.physics.numbers import wrapped
+from vireport.simulation.attractors import Attractor, find_attractor
+from vireport.simulation.events import as_starts, check_model, follow_impacts, start_of
+from vireport.simulation.kernel import CREEPING, FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL
+from vireport.text.formatting import percent
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+WIDEST = 0.25
+"""Half width in time [t_c] and velocity [y_c] of the largest core that is tried."""
+
+DIRECTIONS, SHELLS = 12, (1.0, 0.5)
+"""Starts around an impact from which the map has to lead inwards, at so many shares of a core's size."""
+
+SHRUNK = 25
+"""Times that a core that the map leads out of is made half as wide."""
+
+FIRST, MOST = 16, 512
+"""Impacts followed before starts are looked at, at first and at most."""
+
+PATIENCE, SLOWEST = 60.0, 500.0
+"""Periods until a start counts as one that returns to no known motion: so many, and ten times the periods in which the
+slowest known motion is approached by a factor e; and the most there may be."""
+
+LINGERS, LONGEST = 1e-9, 8000
+"""Distance from an unstable motion from which a start may have to part before it returns; impacts waited at most."""
+
+NEAREST = 0.99
+"""Modulus of the larger multiplier up to which a core is looked for: beyond it is tiny, and a minute is not enough."""
+
+BUDGET = 20_000
+"""Impacts until a motion counts as one that is not periodic."""
+
+REPRESENTATIVES = 3
+"""Of starts that end in no known motion: how many are followed for long, each time that there are some."""
+
+
+class Elsewhere(IntEnum):
+    """Ends of starts in no motion with a core, as numbers below those of cores."""
+
+    UNKNOWN = -1
+    RESTS = -2
+    DRIFTS = -3
+
+
+class Core(Struct, frozen=True, eq=False):
+    """A neighbourhood of the impacts of a stable motion from which the map leads ever nearer to them.
+
+    Attributes
+    ----------
+    motion : Motion
+    forms : ndarray (N, 2, 2)
+        Of each impact: the quadratic form of deviations of time and velocity that falls from impact to impact.
+    level : float
+        Its largest value in the core.
+    patience : int
+        Impacts within which a start that returns is expected in the core.
+    """
+
+    motion: Motion
+    forms: Floats
+    level: float
+    patience: int
+
+    def holds(self, rows: Floats) -> NDArray[np.bool_]:
+        """Which impacts, rows of the simulation (n, 6), are in the core."""
+        inside = np.zeros(len(rows), dtype=bool)
+        for i, wall in enumerate(self.motion.word.walls):
+            values = _values(self.forms[i], _deviations(self.motion, i, rows))
+            inside |= (rows[:, WALL] == wall) & (values <= self.level)
+        return inside
+
+
+def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Core:
+    """Find the core of a stable motion: the largest one tried that the simulated map takes into itself.
+
+    Raises
+    ------
+    ValueError
+        Where the motion is not stable.
+    NumericalError
+        Where it is nearly not: its larger multiplier has a modulus above `NEAREST`.
+
+    Notes
+    -----
+    With V_i = 1 + A_i' V_(i+1) A_i, repeated after a period, the value of V falls by the square of the deviation in
+    each flight of the linearised map. The core is so small that it falls on the simulated map as well, from a ring of
+    starts around each impact, after two periods: evidence, not proof.
+    """
+    matrices = flight_matrices(groups, motion)
+    lap, gathered = np.eye(2), np.zeros((2, 2))
+    for matrix in matrices:
+        gathered += lap.T @ lap
+        lap = matrix @ lap
+    slowest = growth(lap)
+    if slowest >= 1:
+        raise ValueError("only a stable motion has a core")
+    if slowest > NEAREST:
+        raise NumericalError(
+            f"the motion is so near a point where it becomes unstable that disturbances fade by only "
+            f"{percent(1 - slowest)} in a period: what returns to it cannot be told in reasonable time "
+            f"(allowed: {percent(1 - NEAREST)} or more)"
+        )
+    forms = [stationary(lap.T, gathered)]
+    for matrix in matrices[:0:-1]:
+        forms.insert(0, np.eye(2) + matrix.T @ forms[0] @ matrix)
+    forms = [forms[-1], *forms[:-1]]
+    stretch = max(float(np.linalg.inv(form).diagonal().max()) for form in forms)
+    level = WIDEST**2 / stretch
+    for _ in range(SHRUNK):
+        if _leads_inwards(groups, motion, forms, level, compiled):
+            break
+        level /= 4
+    periods = min(PATIENCE - 10 / log(slowest) if slowest > 0 else PATIENCE, SLOWEST)
+    return Core(motion, np.array(forms), level, ceil(periods) * len(matrices))
+
+
+def patient(groups: Groups[float], cores: Sequence[Core], unstable: Sequence[Motion]) -> list[Core]:
+    """The cores, with as much patience as a start takes that passes next to one of some unstable motions."""
+    longest = max((_lingers(groups, motion) for motion in unstable), default=0)
+    return [replace(core, patience=max(core.patience, longest)) for core in cores]
+
+
+def _lingers(groups: Groups[float], motion: Motion) -> int:
+    """Impacts until a start has left the neighbourhood of an unstable motion, from as near as `LINGERS`."""
+    parting = growth(lap_matrix(groups, motion))
+    periods = -log(LINGERS) / log(parting) if parting > 1 else LONGEST
+    return min(ceil(periods) * len(motion.word), LONGEST)
+
+
+def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], level: float, compiled: bool) -> bool:
+    angle = 2 * pi / DIRECTIONS * np.arange(DIRECTIONS)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    around = np.concatenate([share * circle for share in SHELLS])
+    # Next to a period doubling one period takes what is on one side farther out on the other; two bring it nearer.
+    model, impacts = np.repeat(check_model(groups), len(around), axis=0), 2 * len(forms)
+    walls = np.tile(motion.word.walls, 3)
+    for i, form in enumerate(forms):
+        off = np.sqrt(level) * np.linalg.solve(np.linalg.cholesky(form).T, around.T).T
+        before, phase = motion.velocity[i] + off[:, 1], np.mod(motion.phase[i] + pi * off[:, 0], TURN) % TURN
+        if (walls[i] * before <= 0).any():
+            return False
+        starts = np.stack([np.full(len(off), float(walls[i])), np.zeros(len(off)), before, phase], axis=1)
+        rows, _ = follow_impacts(model, starts, impacts, None, 1, compiled)
+        if (rows[:, :, WALL] != walls[i : i + impacts + 1]).any():
+            return False
+        if (_values(form, _deviations(motion, i, rows[:, -1])) >= _values(form, off)).any():
+            return False
+    return True
+
+
+def _deviations(motion: Motion, impact: int, rows: Floats) -> Floats:
+    """Of time and velocity of impacts, rows of the simulation, from one of the motion's, (n, 2)."""
+    late = wrapped(rows[:, PHASE] - motion.phase[impact]) / pi
+    return np.stack([late, rows[:, VELOCITY] - motion.velocity[impact]], axis=1)
+
+
+def _values(form: Floats, off: Floats) -> Floats:
+    return np.asarray(np.einsum("ka,ab,kb->k", off, form, off))
+
+
+def endings(
+    groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int = 1, compiled: bool = True
+) -> Ints:
+    """The motion that each start leads to, as the place of its core among those given, or a number of `Elsewhere`.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    starts : ndarray (n, 4)
+        Rows of `check_start`.
+    cores : sequence of Core
+    workers : int
+        Threads.
+    compiled : bool
+        Whether to compile the search, where numba is there.
+
+    Notes
+    -----
+    A ball that has ridden on a membrane leaves it at the one phase at which the pressing acceleration changes sign,
+    without velocity: all that ever ride on one membrane share a future, which is followed once.
+    """
+    releases: dict[int, int] = {}
+    ends, rode = _followed(groups, starts, cores, workers, compiled)
+    for wall in np.unique(rode[rode != 0]).tolist():
+        ends[rode == wall] = _released(groups, wall, cores, compiled, releases)
+    return ends
+
+
+def _followed(
+    groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int, compiled: bool
+) -> tuple[Ints, Ints]:
+    """Where starts end, and for those that come to ride on a membrane that membrane, 0 for others."""
+    ends = np.full(len(starts), Elsewhere.UNKNOWN, dtype=np.int64)
+    rode = np.zeros(len(starts), dtype=np.int64)
+    active, states, model = np.arange(len(starts)), starts, check_model(groups)
+    patience, block, used = max((core.patience for core in cores), default=MOST), FIRST, 0
+    while len(active) and used < patience:
+        rows, summary = follow_impacts(np.repeat(model, len(states), axis=0), states, block, None, workers, compiled)
+        last, riding = rows[:, -1], np.nan_to_num(rows[:, :, RIDING], posinf=0.0) > 0
+        label = np.full(len(active), Elsewhere.UNKNOWN, dtype=np.int64)
+        label[(summary[:, 2] == REST) | (summary[:, 2] == HELD)] = Elsewhere.RESTS
+        label[summary[:, 2] == FREE] = Elsewhere.DRIFTS
+        for k, core in enumerate(cores):
+            label[core.holds(last)] = k
+        rides = (label == Elsewhere.UNKNOWN) & riding.any(axis=1)
+        at = np.argmax(riding[rides], axis=1)
+        rode[active[rides]] = rows[rides, at, WALL].astype(np.int64)
+        ends[active] = label
+        stays = (label == Elsewhere.UNKNOWN) & ~rides & (summary[:, 2] != CREEPING)
+        active, states = active[stays], as_starts(last[stays])
+        used, block = used + block, min(2 * block, MOST)
+    return ends, rode
+
+
+def _released(groups: Groups[float], wall: int, cores: Sequence[Core], compiled: bool, futures: dict[int, int]) -> int:
+    """Where a ball ends that a membrane has released; one that comes to ride on it again does so for ever."""
+    if wall not in futures:
+        futures[wall] = Elsewhere.RESTS
+        # Without velocity and pressed down, at a phase before the release, it rides until that.
+        pressed = 0.0 if wall > 0 else pi
+        release = np.array([[float(wall), 0.0, 0.0, pressed]])
+        model = check_model(groups)
+        rows, _ = follow_impacts(model, release, 1, None, 1, compiled)
+        ends, rode = _followed(groups, as_starts(rows[:, -1]), cores, 1, compiled)
+        futures[wall] = int(ends[0]) if rode[0] == 0 else _released(groups, int(rode[0]), cores, compiled, futures)
+    return futures[wall]
+
+
+class Recogniser:
+    """The ends of starts in many rounds: a motion that some of them settle on is known in all rounds to come.
+
+    Core k is that of the motion `outcomes[place[k]]`, whose places are in the order in which motions became known; the
+    outcomes that are no such motion have their places in `elsewhere`.
+    """
+
+    def __init__(self, groups: Groups[float], motions: Sequence[Motion], compiled: bool, workers: int = 1) -> None:
+        self.groups, self.compiled, self.workers = groups, compiled, workers
+        self.cores: list[Core] = []
+        self.outcomes: list[Attractor] = []
+        self.place: list[int] = []  # of each core among the outcomes
+        self.elsewhere: dict[Elsewhere, int] = {}
+        for motion in motions:
+            self._learn(motion, self._attractor(self._on(motion)))
+
+    def _on(self, motion: Motion) -> Floats:
+        return np.array([motion.word.walls[0], 0.0, motion.velocity[0], motion.phase[0]])
+
+    def _attractor(self, row: Floats) -> Attractor:
+        return find_attractor(self.groups, start_of(row), BUDGET, self.compiled)
+
+    def _learn(self, motion: Motion, attractor: Attractor) -> None:
+        self.cores.append(core_of(self.groups, motion, self.compiled))
+        self.place.append(len(self.outcomes))
+        self.outcomes.append(attractor)
+
+    def __call__(self, rows: Floats) -> Ints:
+        """Index of the outcome of each start, after learning motions that were not known."""
+        outcome = self._known(rows)
+        for _ in range(REPRESENTATIVES):
+            unknown = np.flatnonzero(outcome == Elsewhere.UNKNOWN)
+            if not len(unknown):
+                break
+            attractor = self._attractor(rows[unknown[0]])
+            cycle = attractor.cycle
+            if cycle is None or cycle.sticks or cycle.growth > NEAREST:
+                # What does not settle, or not within the patience, is one outcome, whatever it is called.
+                outcome[unknown[0]] = self._at(Elsewhere.UNKNOWN, rows[unknown[0]], attractor)
+                continue
+            self._learn(cycle.motion(self.groups.d), attractor)
+            outcome[unknown] = self._known(rows[unknown])
+        rest = outcome == Elsewhere.UNKNOWN
+        if rest.any():
+            outcome[rest] = self._at(Elsewhere.UNKNOWN, rows[rest][0])
+        return outcome
+
+    def _known(self, rows: Floats) -> Ints:
+        ends = endings(self.groups, rows, self.cores, self.workers, self.compiled)
+        # Ends below zero are kinds, not places: without a motion known before there is no place at all.
+        outcome = np.where(ends >= 0, np.array([*self.place, Elsewhere.UNKNOWN])[np.maximum(ends, 0)], ends)
+        for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):
+            of_kind = ends == kind
+            if of_kind.any():
+                outcome[of_kind] = self._at(kind, rows[of_kind][0])
+        return outcome
+
+    def _at(self, kind: Elsewhere, start: Floats, attractor: Attractor | None = None) -> int:
+        """Place of an outcome that is no motion with a core; the first start that leads there is followed for it."""
+        if kind not in self.elsewhere:
+            self.elsewhere[kind] = len(self.outcomes)
+            self.outcomes.append(self._attractor(start) if attractor is None else attractor)
+        return self.elsewhere[kind]

@@ -1,0 +1,458 @@
+"""The least shock that knocks the ball out of a stable motion: the smallest jump of the velocity that does not die out.
+
+Found by a search over the moment of the shock and its size, which trusts no bisection: of the jumps larger than the
+least one, many may return as well. Where the edge is a companion unstable motion's stable manifold, as it mostly is, a
+second way gives it to the last digit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import inf, pi
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base.errors import NumericalError
+from vireport.findings.outcomes.deviations import lap_matrix
+from vireport.findings.outcomes.returning import LONGEST, Core, Elsewhere, core_of, endings, patient
+from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
+from vireport.physics.numbers import ARRAYS, wrapped
+from vireport.simulation.attractors import Attractor, find_attractor
+from vireport.simulation.events import check_model, follow_impacts, start_of
+from vireport.simulation.kernel import PHASE, TURN, VELOCITY, WALL
+from vireport.text.formatting import shown
+
+Floats = NDArray[np.float64]
+
+SEED = 1
+"""Of the jumps that are tried at random, in every run the same."""
+
+NEAR = 0.1
+"""Distance in time [t_c] and velocity [y_c] within which a companion is passed on the edge of the basin."""
+
+PASSAGE = 60
+"""Impacts within which it is."""
+
+SECANTS, PASSAGES = 12, 8
+"""Steps of the search for a zero at one passage, and passages until the edge no longer moves."""
+
+SETTLED = 4e-16
+"""Change of a jump that is rounding [y_c]."""
+
+WITHIN = 1e-3
+"""Distance of the two ways, as a share of the jump, up to which they may have found one edge."""
+
+BESIDE = 1e-13, 1e-9
+"""How far beyond a manifold jumps are tried that must lead out if it is the edge, as a share of the jump."""
+
+ROUNDS = 12
+"""Of looking for smaller jumps below one that leads out."""
+
+WIDER = 4.0
+"""By how much the steps towards the least jump grow again where all of a step lead out."""
+
+LONGER = 6
+"""How many times as long is waited where a jump that seemed to lead out comes back later."""
+
+SOON = 100
+"""Impacts after which the interpreter looks what a shock leads to, before it waits for longer."""
+
+BUDGET = 20_000
+"""Impacts until a shock counts as one that leads to no periodic motion."""
+
+
+class Effort(NamedTuple):
+    """The effort of a search for the least shock: how many shocks it tries.
+
+    Attributes
+    ----------
+    after : int
+        Sizes just after an impact, in each of `octaves` ranges of size, of either sign.
+    moments, levels : int
+        Later moments of each flight, and sizes there.
+    octaves : int
+        Ranges of size, each twice as wide as the one before but for the first two.
+    zoom : int
+        Sizes tried around one that leads out, in each step towards the least one.
+    below : int
+        Smaller ones, at random moments, of which none may lead out.
+    width : float
+        Width at which the zoom ends, as a share of the size.
+    """
+
+    after: int
+    moments: int
+    levels: int
+    octaves: int
+    zoom: int
+    below: int
+    width: float
+
+
+SEARCH = Effort(100, 12, 25, 4, 128, 10_000, 1e-13)
+"""What compiled code does in a tenth of a second."""
+
+SCAN = Effort(24, 6, 12, 4, 64, 2000, 1e-9)
+"""What compiled code does in some hundredths of a second, for each of many devices. Where bands are folded, half as
+many tries miss the least one of every third device, by up to a seventh."""
+
+QUICK = Effort(5, 1, 2, 2, 8, 0, 1e-4)
+"""What the interpreter does in about as long. It can miss narrow bands of jumps that lead out, and all of them."""
+
+
+class LeastShock(Struct, frozen=True, eq=False):
+    """The smallest jump of the relative velocity that leads out of the basin of a motion (dimensionless).
+
+    Attributes
+    ----------
+    motion : Motion
+    jump : float or None
+        Its size [y_c]: smaller ones return, and just above it some do not. None where none was found.
+    sign : int
+        1 towards the bottom membrane, -1 towards the top one.
+    impact : int
+        The impact of the motion after which it comes.
+    delay : float
+        Time since that impact [t_c].
+    companion : Motion or None
+        The unstable motion whose stable manifold it leads to; None where none of those given was.
+    by_search : float or None
+        The size by the search alone [y_c].
+    leads_to : Attractor or None
+        What the device does after a jump just above it.
+    searched_to : float
+        Size up to which jumps were tried [y_c].
+    tried : int
+        How many.
+    patience : int
+        Impacts after which one that is not back counts as one that leads out.
+    """
+
+    motion: Motion
+    jump: float | None
+    sign: int
+    impact: int
+    delay: float
+    companion: Motion | None
+    by_search: float | None
+    leads_to: Attractor | None
+    searched_to: float
+    tried: int
+    patience: int
+
+
+class Shock(NamedTuple):
+    """A jump of a signed size a time after an impact of a motion."""
+
+    impact: int
+    delay: float
+    jump: float
+
+
+def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, jump: Floats) -> Floats:
+    """The states that shocks make of a motion, as rows of `check_start`, (n, 4).
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    motion : Motion
+        Of a ball with friction one that moves from wall to wall without turning back.
+    impact : int
+        After which they come.
+    delay : ndarray (n,)
+        Time since it [t_c], below the flight time. At 0 the ball still touches the membrane: a jump that drives it
+        back is an impact at once.
+    jump : ndarray (n,)
+        Added to the relative velocity [y_c].
+    """
+    wall, start = motion.word.walls[impact], float(motion.time[impact])
+    after = float(groups.after(wall, motion.velocity[impact]))
+    phase = pi * (start + delay)
+    covered, speed = groups.flown(delay, after, groups.wave(pi * start, ARRAYS), groups.wave(phase, ARRAYS), -wall)
+    rows = np.zeros((len(delay), 4))
+    rows[:, 1] = wall * groups.d / 2 + covered
+    rows[:, 2] = speed + jump
+    rows[:, 3] = np.mod(phase, TURN) % TURN
+    touching = delay == 0
+    leaving = touching & (wall * rows[:, 2] < 0)
+    rows[touching, 0], rows[touching, 1] = wall, 0.0
+    # A start on a membrane is given by the velocity just before the impact.
+    rows[leaving, 2] /= -groups.restitution_at(wall)
+    return rows
+
+
+def least_shock(
+    groups: Groups[float],
+    motion: Motion,
+    others: Sequence[Motion] = (),
+    companions: Sequence[Motion] = (),
+    searched_to: float | None = None,
+    effort: Effort = SEARCH,
+    compiled: bool = True,
+    workers: int = 1,
+) -> LeastShock:
+    """Find the least shock that leads out of the basin of a stable motion, at any moment of its period.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device.
+    motion : Motion
+        Stable.
+    others : sequence of Motion
+        Further stable motions, which are then recognised sooner.
+    companions : sequence of Motion
+        Unstable motions, on the stable manifold of one of which the edge may lie.
+    searched_to : float, optional
+        Largest size to be tried [y_c]; by default the largest impact velocity of the motion.
+    effort : Effort
+    compiled : bool
+        Whether to compile the search, where numba is there.
+    workers : int
+        Threads.
+
+    Returns
+    -------
+    LeastShock
+        Without a jump where none that was tried leads out.
+
+    Raises
+    ------
+    ValueError
+        Where the motion is not stable, the restitution is zero, or `searched_to` not positive.
+    NumericalError
+        Where the motion is so near a critical point that starts take too long to return, see `core_of`.
+
+    Notes
+    -----
+    Sizes are tried in ascending ranges, most of them just after the impacts: the distance that a jump opens grows with
+    time, so that one that comes later has to be larger, unless the edge of the basin is folded. From the least that
+    leads out the search descends, each step with as many sizes below it again, for what does lead out lies in bands
+    that may accumulate at the least one. Then smaller ones are tried at random, and the search begins anew below any
+    that leads out.
+
+    A shock on the edge leads to an unstable motion x*. With the left eigenvector l of its Jacobian that belongs to the
+    multiplier outside the unit circle, l.(P^m(x) - x*) = 0 is solved for the size by secants, m being the nearest
+    passage; the error is of second order in its distance, and the passage is taken nearer until the size stays.
+    """
+    farthest = float(np.abs(motion.velocity).max()) if searched_to is None else searched_to
+    if not 0 < farthest < inf:
+        raise ValueError(f"jumps can be tried up to a positive, finite size, not {farthest}")
+    if any(groups.restitution_at(wall) == 0 for wall in motion.word.walls):
+        raise ValueError("a ball that does not bounce leaves a membrane with no velocity: shocks need a restitution")
+    cores = patient(groups, [core_of(groups, stable, compiled) for stable in (motion, *others)], companions)
+    search = _Search(groups, cores, effort, compiled, workers)
+    while True:
+        leads_out, spacing = search.coarse(farthest)
+        by_search, companion, exact = leads_out, None, None
+        for _ in range(ROUNDS):
+            if leads_out is None:
+                break
+            by_search = search.descended(leads_out, spacing)
+            by_search, exact, companion = search.on_manifold(by_search, companions)
+            leads_out, spacing = search.below(exact or by_search)
+        patience = search.cores[0].patience
+        if by_search is None:
+            return LeastShock(motion, None, 0, 0, 0.0, None, None, None, farthest, search.tried, patience)
+        leads_to = search.attractor(by_search)
+        if not search.returns(leads_to):
+            break
+        if patience >= LONGEST:
+            raise NumericalError(
+                f"a jump of {shown(abs(by_search.jump))} velocity units takes more than {patience} impacts to return, "
+                "and so may others: what returns cannot be told in reasonable time"
+            )
+        # It came back after all, from a chaotic transient longer than was waited for.
+        search.cores = [replace(core, patience=min(LONGER * core.patience, LONGEST)) for core in search.cores]
+    least = exact or by_search
+    return LeastShock(
+        motion,
+        abs(least.jump),
+        1 if least.jump > 0 else -1,
+        least.impact,
+        least.delay,
+        companion,
+        abs(by_search.jump),
+        leads_to,
+        farthest,
+        search.tried,
+        patience,
+    )
+
+
+class _Search:
+    """The search for one motion, whose core is the first."""
+
+    def __init__(self, groups: Groups[float], cores: list[Core], effort: Effort, compiled: bool, workers: int) -> None:
+        self.groups, self.cores, self.effort = groups, cores, effort
+        self.compiled, self.workers, self.tried = compiled, workers, 0
+        self.motion = cores[0].motion
+        self.durations = self.motion.durations
+
+    def leads_out(self, impact: int, delay: Floats, jump: Floats) -> NDArray[np.bool_]:
+        """Which shocks to the motion lead out of its basin.
+
+        Of a horizontal device one jump leaves the ball without drift, floating for ever; all beside it return.
+        """
+        self.tried += len(delay)
+        starts = shocked(self.groups, self.motion, impact, delay, jump)
+        ends = endings(self.groups, starts, self.cores, self.workers, self.compiled)
+        return np.asarray((ends != 0) & (ends != Elsewhere.DRIFTS))
+
+    def coarse(self, farthest: float) -> tuple[Shock | None, float]:
+        """The smallest of spread shocks that leads out, and how far apart they were."""
+        effort, edges = self.effort, [0.0, *(farthest / 2**k for k in range(self.effort.octaves - 1, -1, -1))]
+        for low, high in pairwise(edges):
+            leading_out: list[Shock] = []
+            for impact, duration in enumerate(self.durations.tolist()):
+                later = duration * np.arange(1, effort.moments + 1) / (effort.moments + 1)
+                for delays, count in ((np.zeros(1), effort.after), (later, effort.levels)):
+                    sizes = low + (high - low) * np.arange(1, count + 1) / count
+                    for sign in (1.0, -1.0):
+                        delay, jump = (grid.ravel() for grid in np.meshgrid(delays, sign * sizes))
+                        out = np.flatnonzero(self.leads_out(impact, delay, jump))
+                        leading_out += [Shock(impact, float(delay[k]), float(jump[k])) for k in out[:1]]
+            if leading_out:
+                return min(leading_out, key=lambda shock: abs(shock.jump)), (high - low) / min(
+                    effort.after, effort.levels
+                )
+        return None, 0.0
+
+    def descended(self, leads_out: Shock, spacing: float) -> Shock:
+        """The least shock near one that leads out, of its sign and after its impact.
+
+        At any time the shock (`high`, `delay`) leads out, and was the least of all that were tried. What is looked
+        through below it is `width` deep: it shrinks while the samples find nothing much smaller, and grows again where
+        all of them lead out.
+        """
+        impact, delay, jump = leads_out
+        sign, high = float(np.sign(jump)), abs(jump)
+        duration, count = float(self.durations[impact]), self.effort.zoom
+        width, wander = min(spacing, high), duration / (self.effort.moments + 1)
+        while width > max(self.effort.width * high, SETTLED):
+            low = max(high - width, 0.0)
+            sizes = low + (high - low) * np.arange(1, count + 1) / count
+            # Just after an impact the edge is lowest unless it is folded; from a later moment it is sought both ways.
+            delays = delay + (wander * np.linspace(-1, 1, 5) if delay > 0 else np.zeros(1))
+            delays = np.clip(delays, 0.0, duration * (1 - 1e-9))
+            size, moment = (grid.ravel() for grid in np.meshgrid(sizes, delays, indexing="ij"))
+            out = np.flatnonzero(self.leads_out(impact, moment, sign * size))
+            if len(out):
+                first = int(out[0]) // len(delays)
+                rows = out[out // len(delays) == first]
+                delay = float(moment[rows[np.argmin(np.abs(moment[rows] - delay))]])
+                high, low_down = float(sizes[first]), first < count // 8
+            else:
+                low_down = False
+            # Below the first that leads out there may be narrow bands between the samples: room for some is kept. Where
+            # all do, the edge is farther down than was thought: steps as small as these would take for ever.
+            width = WIDER * width if low_down else width / 8 + (high - low) / count
+            wander /= 2
+            if not low_down and width <= (high - low) / count * 2:
+                break
+        return Shock(impact, delay, sign * high)
+
+    def on_manifold(self, near: Shock, companions: Sequence[Motion]) -> tuple[Shock, Shock | None, Motion | None]:
+        """A shock at the edge by the stable manifold of a companion, if that is where the edge is.
+
+        Before it the least that leads out by the search, which is a smaller one where there are such nearer to the
+        manifold: at all scales some do just beyond it, where it is the edge.
+        """
+        for companion in companions:
+            jump = self._secant(near, companion)
+            if jump is None or abs(jump - near.jump) > WITHIN * abs(near.jump):
+                continue
+            beyond = abs(jump) * (1 + np.geomspace(BESIDE[0], BESIDE[1], self.effort.zoom))
+            delays, sign = np.full(len(beyond), near.delay), float(np.sign(jump))
+            out = np.flatnonzero(self.leads_out(near.impact, delays, sign * beyond))
+            if len(out):
+                nearest = min(float(beyond[out[0]]), abs(near.jump), key=lambda size: abs(size - abs(jump)))
+                return near._replace(jump=sign * nearest), near._replace(jump=jump), companion
+        return near, None, None
+
+    def _secant(self, near: Shock, companion: Motion) -> float | None:
+        """Signed size of the shock that leads to a companion, by its left eigenvector; None if it passes none."""
+        growth, vectors = np.linalg.eig(lap_matrix(self.groups, companion).T)
+        outside = int(np.argmax(np.abs(growth)))
+        if not (np.isreal(growth).all() and abs(growth[outside]) > 1):
+            return None
+        across, model = vectors[:, outside].real, check_model(self.groups)
+
+        def deviations(jump: float, impacts: int) -> Floats:
+            start = shocked(self.groups, self.motion, near.impact, np.array([near.delay]), np.array([jump]))
+            rows, _ = follow_impacts(model, start, impacts, None, 1, self.compiled)
+            off = np.stack([wrapped(rows[0, :, PHASE] - companion.phase[0]) / pi, rows[0, :, VELOCITY]], axis=1)
+            off[:, 1] -= companion.velocity[0]
+            off[(rows[0, :, WALL] != companion.word.walls[0]) | (np.arange(len(off)) == 0)] = inf
+            return off
+
+        def deviation(jump: float, passage: int) -> float:
+            away = deviations(jump, passage)[-1]
+            return float(away @ across) if np.isfinite(away).all() else inf
+
+        jump, before = near.jump, inf
+        for _ in range(PASSAGES):
+            distance = np.abs(deviations(jump, PASSAGE)).max(axis=1)
+            passage = int(np.nanargmin(distance))
+            if distance[passage] > NEAR:
+                return None
+            first, second = jump, jump * (1 + 1e-10)
+            before_value, value = deviation(first, passage), deviation(second, passage)
+            for _ in range(SECANTS):
+                if value == before_value or not np.isfinite(value + before_value):
+                    break
+                first, second, before_value = second, second - value * (second - first) / (value - before_value), value
+                value = deviation(second, passage)
+                if abs(second - first) <= SETTLED:
+                    break
+            if not np.isfinite(second):
+                return None
+            jump = second
+            if abs(jump - before) <= 10 * SETTLED:
+                break
+            before = jump
+        return jump
+
+    def below(self, least: Shock) -> tuple[Shock | None, float]:
+        """A smaller shock that leads out, and the spacing of those tried: half as this one, half at any moment."""
+        count, size = self.effort.below, abs(least.jump) * (1 - 1e-12)
+        if not count:
+            return None, 0.0
+        random, leading_out = np.random.default_rng(SEED), []
+        sizes = size * (np.arange(count // 2) + random.random(count // 2)) / (count // 2)
+        delays = np.full(len(sizes), least.delay)
+        for k in np.flatnonzero(self.leads_out(least.impact, delays, np.sign(least.jump) * sizes))[:1]:
+            leading_out.append(least._replace(jump=float(np.sign(least.jump) * sizes[k])))
+        share = count // 2 // len(self.durations)
+        for impact, duration in enumerate(self.durations.tolist()):
+            delays = np.where(random.random(share) < 0.5, 0.0, duration * random.random(share))
+            jumps = size * np.sqrt(random.random(share)) * random.choice([-1.0, 1.0], share)
+            out = self.leads_out(impact, delays, jumps)
+            leading_out += [
+                Shock(impact, *pair) for pair in zip(delays[out].tolist(), jumps[out].tolist(), strict=True)
+            ]
+        return min(leading_out, key=lambda shock: abs(shock.jump), default=None), 8 * size / count
+
+    def attractor(self, shock: Shock) -> Attractor:
+        """The motion or state that follows a shock."""
+        row = shocked(self.groups, self.motion, shock.impact, np.array([shock.delay]), np.array([shock.jump]))[0]
+        start = start_of(row)
+        if not self.compiled:  # most are known soon, and the budget of all takes the interpreter a second
+            soon = find_attractor(self.groups, start, SOON, False)
+            if soon.cycle is not None:
+                return soon
+        return find_attractor(self.groups, start, BUDGET, self.compiled)
+
+    def returns(self, attractor: Attractor) -> bool:
+        """Whether what a shock leads to is the motion itself."""
+        cycle = attractor.cycle
+        if cycle is None or cycle.sticks:
+            return False
+        return bool(self.cores[0].holds(cycle.impacts).all())

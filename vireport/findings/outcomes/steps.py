@@ -1,0 +1,71 @@
+"""The steps of a run that look for what other starts come to, and what must hold for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vireport.study.plan import (
+    DESIGN,
+    NUMBA,
+    OUTPUT,
+    PICTURES,
+    AddedBlock,
+    AddedTask,
+    DeclaredStep,
+    Precondition,
+    Task,
+)
+
+MOMENTS = AddedTask(
+    "from-rest-moments", "from which share of the moments of switching on it is reached, or with which ramp"
+)
+WINDOWS = AddedTask("from-rest-windows", "where that changes, around the design point and along the sweep")
+SHOCK = AddedTask("shock", "the least jump of the velocity that leads out of the stable motion")
+COEXISTENCE = AddedTask(
+    "coexistence", "the stable motions of the design point: starts that come to each, least shock of each"
+)
+JITTER = AddedTask("jitter", "how far random kicks spread phases, velocities and voltages of the stable motion")
+BASINS = AddedTask("basins", "which impacts on the bottom membrane lead to which motion")
+FIGURE_SHOCKS = AddedTask("figure-shocks", "what shocks lead to, by their moment and size (figure-shocks)")
+FIGURE_BASIN = AddedTask("figure-basin", "basins of attraction on the section of impacts (figure-basin)")
+
+NO_BLOCK, BLOCK = "the scenario has no disturbances block (an empty one is enough)", AddedBlock("disturbances")
+
+GIVEN = Precondition(lambda scenario, _: scenario.disturbances, NO_BLOCK, adds=BLOCK)
+COMPARED = Precondition(
+    lambda scenario, formats: (
+        scenario.disturbances or (formats and scenario.requirements and scenario.requirements.allowed)
+    ),
+    NO_BLOCK,
+    adds=BLOCK,
+)
+AT_ONCE = Precondition(
+    lambda scenario, _: scenario.disturbances and not scenario.disturbances.ramp_periods,
+    "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
+)
+KICKED = Precondition(
+    lambda scenario, _: (
+        scenario.disturbances and (scenario.disturbances.jitter_m_s or scenario.disturbances.jitter_restitution)
+    ),
+    "neither disturbances.jitter_m_s nor disturbances.jitter_restitution is given",
+)
+DRAWN = Precondition(
+    lambda scenario, _: scenario.disturbances and scenario.disturbances.basin, "disturbances.basin is false"
+)
+WANTED = Precondition(
+    lambda scenario, formats: formats or (scenario.requirements and scenario.requirements.allowed), OUTPUT.otherwise
+)
+
+
+def steps() -> Iterator[DeclaredStep]:
+    """The six steps in their order, and the two figures."""
+    given, basin = "the scenario has a disturbances block", "disturbances.basin is true"
+    yield DeclaredStep(MOMENTS, (GIVEN, DESIGN), given)
+    yield DeclaredStep(WINDOWS, (GIVEN, AT_ONCE, NUMBA, OUTPUT), given)
+    yield DeclaredStep(SHOCK, (GIVEN, DESIGN, NUMBA), given)
+    why = "a disturbances block, or a word that is required, asks for it"
+    yield DeclaredStep(COEXISTENCE, (COMPARED, DESIGN, NUMBA, WANTED), why)
+    yield DeclaredStep(JITTER, (GIVEN, KICKED, DESIGN), "one of disturbances.jitter_... is given")
+    yield DeclaredStep(BASINS, (DESIGN, NUMBA), basin, (DRAWN,))
+    yield DeclaredStep(FIGURE_SHOCKS, (GIVEN, DESIGN, NUMBA, PICTURES), given, before=Task.FIGURE_CYCLE)
+    yield DeclaredStep(FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), basin, (DRAWN,), before=Task.FIGURE_CYCLE)
