@@ -359,8 +359,8 @@ def _touches(way: _Flights, far: Mask, duration: Affine) -> _Touches:
     one end, the sign of the velocity settles it, or that of the acceleration: what is convex is above its tangent.
     """
     count, parts, since = len(far), 1, way.sets.since
-    near, far, beyond = np.zeros((3, count), dtype=bool)
-    touch = _Touches(near, far, beyond, np.full(count, np.inf), np.full(count, -np.inf))
+    near, opposite, beyond = np.zeros((3, count), dtype=bool)
+    touch = _Touches(near, opposite, beyond, np.full(count, np.inf), np.full(count, -np.inf))
     # From a membrane the ball leaves with no velocity at least; a shock may have any.
     leaves = (since.reach == 0) | (way.speed(since, way.waves(since)[0]).lower > 0)
     row, place = np.arange(count), np.zeros(count, dtype=np.intp)
