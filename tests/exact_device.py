@@ -32,7 +32,7 @@ class ExactDevice(Flights):
         self.gbar, self.friction = weight * mp.sin(across), mp.mpf(device.friction) * weight * mp.cos(across)
         self.unit = force / (2 * mass * mp.mpf(device.frequency_hz))
         self.restitution = device.restitution
-        given = ((own.order, *own.given) for own in device.harmonics)
+        given = ((own.order, *own.stated) for own in device.harmonics)
         self.parts = [
             (1, mp.mpf(1), mp.mpf(0)),
             *((order, mp.mpf(percent) / 100, mp.radians(mp.mpf(phase))) for order, percent, phase in given),

@@ -10,7 +10,7 @@ from conftest import EXAMPLES, first
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
-from vireport.atlas.families import atlas
+from vireport.atlas.families import SearchEffort, atlas
 from vireport.motions.events import Event
 from vireport.motions.families import Atlas, Family
 from vireport.motions.paths import completed, follow
@@ -222,7 +222,7 @@ def test_the_cascade_beyond_b1_doubles_at_feigenbaums_rate(example):
 def test_the_shortest_words_are_followed_first_and_what_is_left_out_is_said():
     """In an atlas that is cut short all families up to `followed` impacts are those of the whole."""
     swept = sweep_of(loads(LITERATURE.format(inclination=30)).scenario)
-    cut = [atlas(swept, Limits(7, 1), openings=count) for count in (0, 2, 1000)]
+    cut = [atlas(swept, Limits(7, 1), effort=SearchEffort(openings=count)) for count in (0, 2, 1000)]
     assert [part.followed for part in cut] == [4, 5, 7]
 
     def families(of: Atlas, impacts: int) -> list[tuple[str, int]]:
@@ -249,7 +249,7 @@ def test_an_atlas_of_very_many_families_ends_and_says_what_it_leaves_out(
     """Over the whole of lengths; words of more than four impacts are tried a few times, where families meet."""
     changes = [f"motions.impacts={impacts}", f"motions.periods={periods}", f"device.restitution={r}"]
     swept = sweep_of(load(example("inclined"), [*changes, "sweep.from=0.05", "sweep.to=2"]).scenario)
-    found = atlas(swept, Limits(impacts, periods), openings=openings)
+    found = atlas(swept, Limits(impacts, periods), effort=SearchEffort(openings=openings))
     assert 4 <= found.followed < impacts
     assert all(Event.LOST not in {mark.event for mark in family.marks} for family in found.families)
     assert {word: sum(family.word.letters == word for family in found.families) for word in some} == some

@@ -59,7 +59,7 @@ def test_their_multipliers_have_the_product_of_the_restitution_and_the_sum_of_th
     for i in range(3):
         j = (i + 1) % 3
         parts = flight_jacobian(
-            ends[i] - candidates.time[i], candidates.velocity[i], candidates.velocity[j], pull[i], pull[j], r
+            ends[i] - candidates.time[i], (candidates.velocity[i], candidates.velocity[j]), (pull[i], pull[j]), r
         )
         product = np.moveaxis(np.array(parts).reshape(2, 2, -1), -1, 0) @ product
     size = np.abs(product).max(axis=(1, 2))

@@ -10,7 +10,7 @@ from exact import printed_maps
 from mpmath import mp, mpf
 
 from vireport.atlas.families import atlas
-from vireport.atlas.given import motions_of
+from vireport.atlas.guesses import motions_of
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.chart.over import chart_of
 from vireport.motions.periodicity import Model, model_of

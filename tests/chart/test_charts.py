@@ -34,7 +34,7 @@ from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.device import RESTITUTIONS
 from vireport.physics.groups import Groups
-from vireport.physics.motion import BESIDE
+from vireport.physics.motion import SAME_TOUCH
 from vireport.physics.word import Word
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import attractors
@@ -174,7 +174,7 @@ def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
         points += [(mark.point, mark.event) for mark in marks if mark.event is Event.NODE_FOCUS]
         for point, event in points:
             motion = point.motion
-            if min(np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)) < BESIDE:
+            if min(np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)) < SAME_TOUCH:
                 continue  # two impacts without velocity that are one touch
             assert nearest(drawn, event, 1, float(other), point.sweep_value) < 1e-10, (event, motion.word.letters)
             checked[event] += 1
@@ -256,7 +256,7 @@ def test_a_touch_counts_once_where_its_impacts_come_at_one_time():
     for point in drawn.meetings:
         assert np.isfinite(point.error_bound).all()
         wait = np.diff(point.motion.time, append=point.motion.time[0] + 2 * point.motion.word.periods)
-        assert wait.min() > BESIDE, point.motion
+        assert wait.min() > SAME_TOUCH, point.motion
     assert len({meeting.inputs for meeting in drawn.meetings}) == len(drawn.meetings) > 5
 
 

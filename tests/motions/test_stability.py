@@ -44,7 +44,9 @@ def test_jacobian_against_central_differences_with_second_order(where: tuple[flo
     u, phi, r = where
     o = orbits(u, phi, r, 1)
     start = float(o.d) / 2
-    jacobian = flight_jacobian(o.time_up, o.velocity_bottom, o.velocity_top, o.gbar + o.cos_phi, o.gbar + o.cos_top, r)
+    jacobian = flight_jacobian(
+        o.time_up, (o.velocity_bottom, o.velocity_top), (o.gbar + o.cos_phi, o.gbar + o.cos_top), r
+    )
     exact = np.array(jacobian).reshape(2, 2)
     x = np.array([phi / np.pi, float(o.velocity_bottom)])
 
@@ -109,5 +111,5 @@ def test_symmetric_motion_is_a_square_of_its_half_map() -> None:
     """For a horizontal capsule tr DP = s^2 - 2 r^2, with s the trace of the mirrored half map."""
     r, phi = 0.5, np.linspace(0.2, 1.5, 40)
     o = orbits(np.zeros(40), phi, r, 1)
-    a11, _, _, a22 = flight_jacobian(o.time_up, o.velocity_bottom, o.velocity_top, o.cos_phi, o.cos_top, r)
+    a11, _, _, a22 = flight_jacobian(o.time_up, (o.velocity_bottom, o.velocity_top), (o.cos_phi, o.cos_top), r)
     np.testing.assert_allclose(return_trace(o, r), (a11 - a22) ** 2 - 2 * r * r, rtol=1e-12)

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from vireport.physics.energy import (
     Dielectric,
     Membrane,
+    Strikes,
     area_growth,
     contact_cosine,
     conversion,
@@ -145,7 +146,7 @@ VHB = Dielectric(thickness_m=1e-3, relative_permittivity=4.7, breakdown_field_v_
 
 def converted(speed: float, membrane: Membrane = PAPER, dielectric: Dielectric = VHB):
     gain = generated_voltage(np.array(speed), membrane)
-    return conversion((gain, gain), (speed, -speed), membrane, dielectric, 0.5, 0.5)
+    return conversion(Strikes((gain, gain), (speed, -speed), 0.5), membrane, dielectric, 0.5)
 
 
 @pytest.mark.slow
@@ -184,7 +185,7 @@ def test_power_and_efficiency_of_a_period() -> None:
 
 
 def test_no_stretch_no_energy_and_only_the_bias_as_field() -> None:
-    x = conversion((0.0, 0.0), (1e-9, 1e-9), PAPER, VHB, 0.5, 0.5)
+    x = conversion(Strikes((0.0, 0.0), (1e-09, 1e-09), 0.5), PAPER, VHB, 0.5)
     assert (x.energy_bottom_j, x.power_mw, x.efficiency, x.field_v_m) == (0, 0, 0, 2e6)
     # Gentle impacts stretch the area by delta^2: the gain goes with V^(8/(2 (h+1))).
     slow, fast = (float(converted(v).energy_bottom_j) for v in (1e-7, 2e-7))
@@ -257,6 +258,6 @@ def test_the_cycle_that_is_drawn_has_the_energy_as_its_area(speed: float) -> Non
 def test_what_is_gained_is_the_work_against_the_field() -> None:
     """Twice the energy lost takes twice the efficiency: it counts what the restitution says is lost, once."""
     x, gain = converted(0.8), generated_voltage(np.array(0.8), PAPER)
-    lossy = conversion((gain, gain), (0.8, -0.8), PAPER, VHB, 0.0, 0.5)
+    lossy = conversion(Strikes((gain, gain), (0.8, -0.8), 0.0), PAPER, VHB, 0.5)
     assert float(x.efficiency) == pytest.approx(float(lossy.efficiency) / 0.75, rel=1e-14)
     assert float(lossy.efficiency) * 0.0041 * 0.8**2 == pytest.approx(2 * float(x.energy_top_j), rel=1e-13)

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from vireport.checks import reference
 from vireport.design.point import design_point
 from vireport.physics.device import Device
-from vireport.physics.energy import Dielectric, Membrane, conversion, deflection, voltages
+from vireport.physics.energy import Dielectric, Membrane, Strikes, conversion, deflection, voltages
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.scenario.blocks import CapsuleMotion
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -148,7 +148,7 @@ def test_energies_are_those_of_the_relative_motion() -> None:
     speeds = np.array(0.7), np.array(1.1)
     assert deflection(speeds[0], free) == pytest.approx(float(deflection(speeds[0], light)), rel=1e-15)
     converted = [
-        conversion((v.bottom_v, v.top_v), speeds, membrane, dielectric, 0.5, 0.5)
+        conversion(Strikes((v.bottom_v, v.top_v), speeds, 0.5), membrane, dielectric, 0.5)
         for membrane, v in ((x, voltages(*speeds, x)) for x in (free, light, prescribed))
     ]
     assert float(converted[0].efficiency) == pytest.approx(float(converted[1].efficiency), rel=1e-14)

@@ -1,8 +1,8 @@
-"""Where among all flight times the motions of a sweep can be: proved by leaving out all other flight times.
+"""Cells of flight times that may hold motions of a sweep, by proof that all other flight times have none.
 
-The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; those of one
-with two on the same membrane a point of a line, with four a point of a tetrahedron. A cell is left out when affine
-arithmetic shows that none of the solutions above it is a motion of the sweep; what is left is halved.
+The flight times of a motion with three impacts are a point of a triangle, which is divided into cells; those of a
+motion with two on the same membrane are a point of a line, with four of a tetrahedron. A cell is left out when affine
+arithmetic proves that no solution at its flight times is a motion of the sweep; the other cells are halved.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
     Candidates,
+    FlightTimes,
     HomogeneousSolution,
     candidates_above,
     into_range,
@@ -38,17 +39,18 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
-"""Sides of the first cells [t_c], larger than which are hardly ever left out, of those that are looked for motions, and
-of the last ones in a plane, to which only those are halved that are not near to motions known."""
+"""Sides of cells in a plane [t_c]: of the first ones (larger cells are hardly ever left out); of those in which motions
+are looked for; and of the last ones, to which cells are halved that are not near to motions of a family."""
 
 COARSEST_CUBE, FINE_CUBE = 1 / 6, 1 / 96
-"""The first two of cells in space."""
+"""The first two sides for cells in space."""
 
 FEW = 60
 """Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
 
 WALLS = 1 / 20
-"""Side from which down it is tested whether the ball passes through a membrane: larger cells hardly ever show it."""
+"""Largest side [t_c] of cells that are tested for a ball that passes through a membrane: larger ones hardly ever show
+it."""
 
 NEAR_TURN = 1e-3
 """Newton step [t_c] at which a turning point is near enough: any point of a flight may prove that it leaves."""
@@ -57,19 +59,19 @@ MOST_CELLS = 20_000
 """Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
 
 REACH = 4
-"""Sides of a cell over which a motion is looked for from its centre."""
+"""Farthest from the centre of a cell that a motion is looked for, in its sides."""
 
 BLOCK = 4096
 """Cells evaluated at once: their numbers stay in the processor's cache."""
 
 
 def fine_side(word: Word) -> float:
-    """Side of the cells of flight times that are looked for motions [t_c]."""
+    """Side of the cells of flight times in which motions of a word are looked for [t_c]."""
     return FINE_CUBE if len(word) == 4 else FINE
 
 
 class FlightTimeCells(Struct, frozen=True, eq=False):
-    """Squares of pairs of flight times, intervals of one or cubes of three, that may hold motions of a sweep.
+    """Cells of one size in the space of flight times but the last: intervals, squares or cubes.
 
     Attributes
     ----------
@@ -94,25 +96,25 @@ class FlightTimeCells(Struct, frozen=True, eq=False):
 
     @property
     def centre(self) -> Floats:
-        """The flight times in the middle of each."""
+        """Flight times at the centres, (N - 1, n) [t_c]."""
         return self.corner + self.side / 2
 
     def no_larger_than(self, side: float) -> bool:
-        """Whether they are squares of at most this side, intervals of a quarter of it, or cubes of four times as much.
+        """Whether they are squares of at most this side, intervals of a quarter of it, or cubes of four times it.
 
-        An interval is a larger share of a line, and a cube a smaller one of space.
+        An interval is a larger share of a line than a square of a plane, and a cube a smaller one of space.
         """
         return self.side <= side * 4.0 ** (len(self.corner) - 2)
 
     def divided(self) -> FlightTimeCells:
-        """The parts of the cells, each divided along each side."""
+        """Smaller cells that cover the cells: every side is halved, or quartered for few cells."""
         sides, count = len(self.corner), 4 if len(self) <= FEW else 2
         side, parts = self.side / count, np.indices((count,) * sides).reshape(sides, 1, -1)
         return FlightTimeCells(self.word, (self.corner[:, :, None] + side * parts).reshape(sides, -1), side)
 
     @property
     def share(self) -> float:
-        """Share of all flight times that the cells are, each motion counted from one impact."""
+        """Share of the cells in all flight times, every motion counted from one impact."""
         sides = len(self.corner)
         part = (self.side / (2 * self.word.periods)) ** sides * factorial(sides)
         return float(len(self) * part * len(self.word.firsts(self.word)))
@@ -127,8 +129,8 @@ class Exclusion(Struct, frozen=True):
     low, high : float
         Range of the coordinate.
     words : tuple of Word
-        Of one word and different numbers of periods, which are evaluated together: three impacts, not all on the top,
-        or two or four on the bottom.
+        The same impacts in different numbers of periods, which are evaluated together: three, not all on the top, or
+        two or four on the bottom.
     """
 
     model: Model
@@ -152,7 +154,7 @@ class Exclusion(Struct, frozen=True):
         return float(2 * d / (start + np.sqrt(start * start + 2 * d * (1 + gbar))))
 
     def cells(self) -> list[FlightTimeCells]:
-        """The cells that are left of all flight times, those of each sequence apart."""
+        """The cells that are left of all flight times, down to `fine_side`."""
         sides, finest = len(self.words[0]) - 1, []
         side, fine = {1: FINE, 2: COARSEST, 3: COARSEST_CUBE}[sides], fine_side(self.words[0])
         counts = [round(2 * word.periods / side) for word in self.words]
@@ -165,7 +167,7 @@ class Exclusion(Struct, frozen=True):
         return finest
 
     def left(self, cells: list[FlightTimeCells]) -> list[FlightTimeCells]:
-        """Cells of flight times that are not excluded, for each word."""
+        """The cells that are not excluded, for each word."""
         cells = [self._ordered(part) for part in cells]
         corner, counts = np.concatenate([part.corner for part in cells], axis=1), [len(part) for part in cells]
         period = np.repeat([2.0 * part.word.periods for part in cells], counts)
@@ -176,7 +178,7 @@ class Exclusion(Struct, frozen=True):
         return [part[mask] for part, mask in zip(cells, masks, strict=True)]
 
     def motions(self, cells: FlightTimeCells) -> tuple[Candidates, Floats]:
-        """The motions of the sweep next to the centres of cells, with all their flight times but the last."""
+        """Solve for the motions of the sweep next to the centres of cells; with all their flight times but the last."""
         word, model, farthest = cells.word, self.model, REACH * cells.side
         motions, flights = onto_sweep(word, cells.centre, model, farthest)
         if not word.one_sided:
@@ -186,15 +188,17 @@ class Exclusion(Struct, frozen=True):
         return motions, flights[:, rows]
 
     def _end(self, word: Word) -> float:
+        """Upper end of the coordinate in which motions of a word are looked for."""
         return search_end(self.model, word, self.low, self.high)
 
     def _placed(self, motions: Candidates) -> Candidates:
+        """The candidates with a d chosen where they strike one membrane only."""
         if not motions.word.one_sided:
             return motions
         return replace(motions, d=room(self.model.level, self._end(motions.word), motions.gbar) + 0 * motions.gbar)
 
     def _ordered(self, cells: FlightTimeCells) -> FlightTimeCells:
-        """The cells in which flights can be long enough, and the first is not longer than others like it."""
+        """The cells in which all flights can be long enough to cross, and motions are counted from one impact."""
         word, corner = cells.word, cells.corner
         period, walls = 2.0 * word.periods, word.walls
         # By plain numbers, at no cost: what they leave out need not be evaluated in affine arithmetic.
@@ -211,8 +215,10 @@ class Exclusion(Struct, frozen=True):
         return cells[np.all(possible, axis=0)]
 
     def _beyond_top(self, least: Floats, longest: Floats) -> Mask:
-        """Whether every flight from the bottom back to it, between two times, would pass through the top.
+        """Whether every flight from the bottom back to it that takes between two times would pass through the top.
 
+        Notes
+        -----
         After half of its time t the ball is at least gbar t^2/8 - [1 - cos(pi t/2)]/pi^2 above the bottom, by (2.12).
         """
         forced = np.minimum(1 - np.cos(np.pi * least / 2) + np.pi / 2 * (longest - least), 2) / np.pi**2
@@ -221,9 +227,17 @@ class Exclusion(Struct, frozen=True):
         return np.asarray(np.all(beyond, axis=0))
 
     def _possible(self, corner: Floats, period: Floats, side: Floats) -> Mask:
-        """Which cells of flight times may hold motions of the sweep."""
+        """Whether each cell may hold motions of the sweep, by affine arithmetic.
+
+        Parameters
+        ----------
+        corner : ndarray (N - 1, n)
+            Lower ends of its flight times [t_c].
+        period, side : ndarray (n,)
+            Of its motions, and of the cell [t_c].
+        """
         word, rows = self.words[0], np.arange(len(period))
-        x = solution(word, _boxes(corner, side), self.model.r, AFFINE, period)
+        x = solution(word, FlightTimes(_boxes(corner, side), period), self.model.r, AFFINE)
         rows, x = self._solved(rows, x)
         if word.one_sided and len(corner) > 1:
             # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
@@ -239,13 +253,13 @@ class Exclusion(Struct, frozen=True):
         return possible
 
     def _solved(self, rows: NDArray[np.intp], x: HomogeneousSolution) -> tuple[NDArray[np.intp], HomogeneousSolution]:
-        """The solutions that may be of the sweep with velocities of the right signs, and their cells."""
+        """The solutions that may be of the sweep and strike the membranes from within, with the numbers of cells."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
         if zeros:
             zero = np.flatnonzero(np.logical_and.reduce(zeros))
             rows, x = rows[zero], x.at(zero)
-        # A solution is known up to a factor, whose size is that of (sine, cosine): squares of both are compared, which
-        # needs no division by numbers that may be zero.
+        # The factor of a solution has the size of (sine, cosine). Squares are compared instead of quotients: nothing is
+        # divided by numbers that may be zero somewhere in the cell.
         scale = x.sine * x.sine + x.cosine * x.cosine
         coordinate = x.gbar if self.model.level.held is Held.D else self._d(x)
         square = coordinate * coordinate
@@ -255,13 +269,13 @@ class Exclusion(Struct, frozen=True):
         positive = [x.positive, *(v * float(wall) for v, wall in zip(x.velocity, self.words[0].walls, strict=True))]
         if not self.model.level.horizontal:
             positive.append(x.gbar)
-        above, below = zip(*((y.lower > 0, y.upper < 0) for y in positive), strict=True)
+        above, below = [y.lower > 0 for y in positive], [y.upper < 0 for y in positive]
         possible &= ~(np.any(above, axis=0) & np.any(below, axis=0))
         left = np.flatnonzero(possible)
         return rows[left], x.at(left)
 
     def _d(self, x: HomogeneousSolution) -> Any:
-        """The d of solutions with their factor; where one membrane is struck and d is held, not less than it."""
+        """The d of solutions times their factor; where one membrane is struck, an upper bound of the d chosen."""
         if x.d is not None:
             return x.d
         # sqrt(y) is at most (y/n + n)/2, whatever n is.
@@ -270,10 +284,10 @@ class Exclusion(Struct, frozen=True):
         return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
 
     def _beyond_walls(self, corner: Floats, period: Floats, side: Floats, x: HomogeneousSolution) -> Mask:
-        """Which cells hold no motion because the ball would pass through a membrane in each of their solutions.
+        """Whether it is proved of each cell that the ball would pass through a membrane in all of its solutions.
 
-        What is tried is the turning point that is farthest beyond a membrane in the solution above the centre, at the
-        same share of its flight throughout the cell.
+        The proof is tried at one time: that of the turning point farthest beyond a membrane in the solution at the
+        centre, at the same share of its flight throughout the cell.
         """
         # Any time of a flight at which the ball is beyond a wall proves that there is no motion. The turning point of
         # the centre is only a good guess at one: it need not be exact, nor a turning point elsewhere in the cell.
@@ -305,16 +319,21 @@ class Exclusion(Struct, frozen=True):
 
 
 def _boxes(corner: Floats, side: Floats) -> list[Affine]:
+    """The flight times of cells as affine numbers, with a symbol for each side."""
     return [between(low, low + side, i, len(corner)) for i, low in enumerate(corner)]
 
 
 def _phase(sine: Affine, cosine: Affine, t: Affine) -> tuple[Affine, Affine]:
-    """Sine and cosine of the forcing phase at a time, with the solution's factor, by those at time zero."""
+    """Sine and cosine of the forcing phase at a time t, from those at time zero, both times the solution's factor."""
     s, c = AFFINE.sin(t * np.pi), AFFINE.cos(t * np.pi)
     return sine * c + cosine * s, cosine * c - sine * s
 
 
 def _chosen(which: NDArray[np.intp], numbers: list[Affine]) -> Affine:
-    """For each box the one of several numbers that is chosen for it."""
-    parts = zip(*((y.centre, y.linear, y.radius, y.spread) for y in numbers), strict=True)
-    return Affine(*(np.choose(which, part) for part in parts))
+    """The number with the index `which` for each box."""
+    return Affine(
+        np.choose(which, [y.centre for y in numbers]),
+        np.choose(which, [y.linear for y in numbers]),
+        np.choose(which, [y.radius for y in numbers]),
+        np.choose(which, [y.spread for y in numbers]),
+    )

@@ -1,7 +1,7 @@
-"""Every family of motions that is reached along a sweep, joined where families meet.
+"""The atlas of a sweep: every family of motions that the searches lead to, joined where families meet.
 
-Families are the edges of a graph, and what begins or ends them its vertices. Each start is followed to both ends of its
-family; at each event the families that meet there are starts again, until none is new.
+Families are the edges of a graph, and the points at which they begin, end or meet its vertices. From a motion its
+family is followed to both ends; at every event on it the families that meet are followed in turn, until none is new.
 """
 
 from __future__ import annotations
@@ -43,16 +43,36 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 NEAR, SQUARES = 1 / 256, 2.0**16
-"""Side of squares of flight times [t_c] by which motions are near to those of a family: in the same one or beside; and
-more than there are of them in a row."""
+"""Side of squares of flight times [t_c]: motions in the same square as those of a family, or in a neighbouring one, are
+near to it. And a number larger than that of squares in a row."""
 
 LOOKED_FOR, MOST_OPENINGS = 4, 1000
-"""Impacts up to which words are looked for, and every family that is met is followed; and how often a longer word is
-tried where families meet. Words double with each impact, and with a restitution near 1 so do families: with r = 0.95,
-up to 10 impacts in 10 periods and lengths of 0.05 to 2 m there was no end after 16 min; bounded, it takes a minute."""
+"""Impacts up to which words are looked for and every family that meets another is followed; and how often a longer word
+is tried where families meet. Words double with each impact, and with a restitution near 1 so do families: with r =
+0.95, up to 10 impacts in 10 periods and lengths of 0.05 to 2 m there was no end after 16 min; bounded, it takes a
+minute."""
 
 MEETINGS = Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK, Event.GRAZING, Event.ZERO_VELOCITY
 """Events that are vertices."""
+
+
+class SearchEffort(Struct, frozen=True):
+    """How far the search for families goes.
+
+    Attributes
+    ----------
+    finest : float
+        Side of the smallest cells of flight times that are searched [t_c], from `FINE` down.
+    openings : int
+        How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
+    """
+
+    finest: float = FINEST
+    openings: int = MOST_OPENINGS
+
+
+FULL = SearchEffort()
+"""The effort of an atlas that is a result itself."""
 
 
 def atlas(
@@ -60,32 +80,33 @@ def atlas(
     limits: Limits,
     simulated: Iterable[Motion] = (),
     progress: Progress | None = None,
-    finest: float = FINEST,
-    openings: int = MOST_OPENINGS,
+    effort: SearchEffort = FULL,
 ) -> Atlas:
-    """Find and follow the families of motions along a sweep.
+    """Find and follow the families of motions of a sweep.
 
     Parameters
     ----------
     sweep : Sweep
     limits : Limits
-        Candidates beyond them are left out.
+        Words beyond them are left out.
     simulated : iterable of Motion
-        Found otherwise, as further starts.
+        Motions from simulations or guesses, whose families are followed as well.
     progress : callable, optional
-        Called with what is followed next.
-    finest : float
-        Side of the cells of flight times that are looked through last [t_c], from `FINE` down.
-    openings : int
-        How often a word of more than `LOOKED_FOR` impacts is tried where families meet; the shortest come first.
+        Called with a line of text for every family that is followed.
+    effort : SearchEffort
+
+    Raises
+    ------
+    UsageError
+        If the sweep is over a restitution, or the ball has friction or a restitution that falls with speed.
     """
     low, high = (float(end) for end in sweep.coordinate_range)
     sweep.driven("the families of all impact sequences")
     device = sweep.device.plain_ball("the families of all impact sequences")
     model = Model(sweep.level, device.restitution, device.harmonics)
-    search = _Search(solve(sweep), model, low, high, limits, progress, finest, openings)
+    search = _Search(solve(sweep), model, low, high, limits, progress, effort.finest, effort.openings)
     for family in _one_to_one(search):
-        if not search.known(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image
+        if not search.on_family(family.curve.motion(family.x[len(family.x) // 2])):  # nor its mirror image
             search.take(family)
     search.follow(LOOKED_FOR)
     for motion in chain(_starts(search), simulated):
@@ -96,29 +117,34 @@ def atlas(
 
 def _one_to_one(search: _Search) -> Iterator[Family]:
     """The families of 1:1 motions, from their closed form."""
-    # First of all: a motion found later that lies on one of these is known, and is not followed by steps.
+    # These come before all others: a motion that a search leads to later and that lies on one of them is then known,
+    # and need not be followed by steps.
     for k in range(1, search.limits.periods + 1) if search.limits.impacts > 1 else ():
         diagram = search.one_to_one(k)
         for branch in diagram.branches:
             for family in admissible_families(branch):
                 if diagram is search.diagram:
                     yield family
-                else:  # labels are of the sweep's own period ratio
+                else:  # labels are those of the period ratio of the device alone
                     marks = (replace(mark, point=mark.point and replace(mark.point, label="")) for mark in family.marks)
                     yield replace(family, sweep=search.sweep, marks=tuple(marks))
 
 
 def _starts(search: _Search) -> Iterator[Motion]:
-    """Motions with one impact, one of each family; then what is found. Of a force with harmonics none is looked for."""
-    # Closed form, exclusion and grid are of a sine: what joins the 1:1 motions, and what simulations find, is followed.
+    """Motions that the searches lead to, by number of impacts; none for a force with harmonics."""
+    # Closed form, exclusion and grid are for a sine: with harmonics only the families that join the 1:1 motions, or
+    # that simulations come to, are followed.
     if search.model.harmonics:
         return
     if not search.model.level.horizontal:
         for k in range(1, search.limits.periods + 1):
             single = one_impact(search.model, search.low, search.high, k)
             yield from (single.motion(i, search.model.level) for i in range(len(single.d)))
-    for words in zip(*map(search.excluded, range(1, search.limits.periods + 1)), strict=True):
-        yield from search.by_exclusion(words)
+    # Words of the same impacts in all numbers of periods together: affine arithmetic on many cells costs little more
+    # than on few.
+    by_periods = [search.excluded(k) for k in range(1, search.limits.periods + 1)]
+    for i in range(len(by_periods[0])):
+        yield from search.by_exclusion(tuple(words[i] for words in by_periods))
     # Last the search over a grid, which claims least: of families with four impacts those that join others are known by
     # then.
     for k in range(1, search.limits.periods + 1):
@@ -127,7 +153,18 @@ def _starts(search: _Search) -> Iterator[Motion]:
 
 
 class _Meeting(Struct):
-    """A vertex while the search goes on; `motion` has its touches as impacts, `point` is where it is known already."""
+    """A vertex while the search goes on.
+
+    Attributes
+    ----------
+    event : Event
+    motion : Motion
+        With its touches as impacts.
+    point : Point or None
+        Where it has been solved for in decimals.
+    families : set of int
+        Numbers of the families at it.
+    """
 
     event: Event
     motion: Motion
@@ -136,10 +173,43 @@ class _Meeting(Struct):
 
 
 _Opening = tuple[int, int, Iterator[Beginning], Iterator[tuple[int, Iterator[Beginning]]]]
-"""Impacts of a word, a number in the order of the search, what begins with it, and what else its vertex opens to."""
+"""An entry of the queue: impacts of a word, a serial number, the families that may begin with it at a vertex, and the
+other words that may begin there."""
 
 
 class _Search(Struct):
+    """The state of a search: families and vertices so far, and a queue of what may begin at vertices.
+
+    Attributes
+    ----------
+    diagram : BifurcationDiagram
+        Of the 1:1 motions.
+    model : Model
+        Of the sweep.
+    low, high : float
+        Range of the coordinate.
+    limits : Limits
+    progress : callable or None
+    finest, openings
+        See `SearchEffort`; `openings` is what is left of it.
+    families : list of Family
+        In the order in which they were added, which is that of their numbers.
+    of_word : dict
+        The same by their words in canonical form.
+    meetings : list of _Meeting
+        The vertices.
+    at_event : dict
+        The vertex at a row of a family, by its number and the row.
+    queue : list of _Opening
+        A heap, the fewest impacts first.
+    serial : iterator of int
+        Makes entries of the queue comparable.
+    undecided : list of FlightTimeCells
+        Cells in which the search for a word has neither found motions nor excluded them.
+    squares : dict
+        Codes of squares of flight times near to families of a word, with the number of families that they are of.
+    """
+
     diagram: BifurcationDiagram
     model: Model
     low: float
@@ -169,7 +239,7 @@ class _Search(Struct):
         return solve(replace(self.sweep, device=replace(self.sweep.device, period_ratio=periods)))
 
     def words(self, impacts: int, periods: int) -> list[Word]:
-        """Words with so many impacts, on both membranes: none is another one, or its image, counted otherwise."""
+        """Words with impacts on both membranes, without rotations and mirror images of others."""
         words = {
             self.representative(Word(walls, periods))
             for walls in product((1, -1), repeat=impacts)
@@ -187,12 +257,12 @@ class _Search(Struct):
         return [Word(impacts * (1,), periods) for impacts in range(2, most + 1)]
 
     def representative(self, word: Word) -> Word:
-        """The one of a sequence's rotations and, in a horizontal capsule, mirror images that stands for all."""
+        """The word that stands for all rotations of a word and, in a horizontal capsule, of its mirror image."""
         images = (word, word.mirrored()) if self.model.horizontal else (word,)
         return min((image.canonical() for image in images), key=lambda image: image.letters)
 
     def explore(self, motion: Motion) -> None:
-        """Follow the family of a motion, and all of few impacts that it is joined to."""
+        """Follow the family of a motion, and the families of up to `LOOKED_FOR` impacts that it leads to."""
         motion = motion.representative(self.model.horizontal)
         curve = self._curve(motion.word)
         x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.word) else None
@@ -202,7 +272,7 @@ class _Search(Struct):
         self.follow(LOOKED_FOR)
 
     def follow(self, longest: int) -> None:
-        """Follow the families of up to so many impacts that begin where others meet, and those that they lead to."""
+        """Follow the families of up to `longest` impacts in the queue, and those that they lead to."""
         while self.queue and self.queue[0][0] <= longest:
             impacts = self.queue[0][0]
             if impacts > LOOKED_FOR and not self.openings:
@@ -214,14 +284,15 @@ class _Search(Struct):
                 self._follow(*beginning)
 
     def _open(self, openings: Iterator[tuple[int, Iterator[Beginning]]]) -> None:
-        """Put the first of what a vertex opens to among those of others."""
-        # Of each vertex one: they come with ascending impacts, so that the shortest of all is always among the first.
+        """Put the next word that may begin at a vertex into the queue, with the words after it."""
+        # One word of each vertex is enough: they come with ascending impacts, so that the shortest of all is always in
+        # the queue.
         for impacts, beginnings in openings:
             heappush(self.queue, (impacts, next(self.serial), beginnings, openings))
             return
 
     def _follow(self, begins: Event | None, curve: Curve, vertex: PathPoint, first: PathPoint) -> None:
-        """Follow a family from its beginning, unless it is known."""
+        """Follow a family from its first motion and add it, unless it is known."""
         if not self._wanted(curve, first.x):
             return
         if self.progress is not None:
@@ -235,33 +306,37 @@ class _Search(Struct):
             self._add(curve, Trail([vertex, *trail.points], events))
 
     def _curve(self, word: Word) -> Curve:
-        return Curve.along_sweep(word, self.model, self.low, self.high)
+        """The motions of a word over the sweep."""
+        return Curve.over_sweep(word, self.model, self.low, self.high)
 
     def _wanted(self, curve: Curve, x: Floats) -> bool:
         """Whether a solution is a motion within the limits that lies on no family yet."""
         if not self.limits.admit(curve.word) or not curve.admits(x):
             return False
-        # All 1:1 motions are taken from their closed form. Right beside a pitchfork a start was not told from its
-        # mirror image on a family known, and one family in 3,000 stood twice.
+        # All 1:1 motions are taken from their closed form. Next to a pitchfork a motion could not be distinguished from
+        # its mirror image on a family, and one family in 3,000 stood twice.
         if sorted(curve.word.walls) == [-1, 1]:
             return False
         # Several periods of a motion solve the equations of the longer word too: it is followed as what it is.
         motion = curve.motion(x)
         if motion.primitive() is not motion:
             return False
-        return not self.known(motion)
+        return not self.on_family(motion)
 
-    def known(self, motion: Motion) -> bool:
+    def on_family(self, motion: Motion) -> bool:
         """Whether a motion or, where it is one, its mirror image lies on a family."""
         near = (other for family in self._alike(motion) for other in family.at(motion.coordinate))
         return any(self._same(motion, other) for other in near)
 
     def excluded(self, periods: int) -> list[Word]:
-        """The sequences whose motions are found by leaving out what flight times they cannot have."""
+        """The words in some forcing periods that are searched for by exclusion."""
         return [*self.on_bottom(periods), *self.words(3, periods)]
 
     def by_exclusion(self, words: tuple[Word, ...]) -> Iterator[Motion]:
-        """Candidates of one word that lie on no family so far; explore one before taking the next."""
+        """Motions of one word, in numbers of periods, that lie on no family so far.
+
+        The family of a motion must be explored before the next motion is drawn: cells next to it are then left out.
+        """
         exclusion = Exclusion(self.model, self.low, self.high, words)
         cells = exclusion.cells()
         while cells:
@@ -275,20 +350,21 @@ class _Search(Struct):
             cells = exclusion.left(cells) if cells else []
 
     def four_impacts(self, word: Word) -> Iterator[Motion]:
-        """Candidates of one word with four impacts that lie on no family known, as far as a grid shows them."""
+        """Motions of a word with four impacts that lie on no family so far, as far as a grid shows them."""
         yield from self._unknown(*four_impacts(self.model, self.low, self.high, word))
 
     def _unknown(self, motions: Candidates, flights: Floats) -> Iterator[Motion]:
+        """Candidates that are not near to a family; families that are explored meanwhile are taken into account."""
         rows = np.flatnonzero(~self._near(motions.word, flights))
         while rows.size:
             yield motions.motion(int(rows[0]), self.model.level)
             rows = rows[1:][~self._near(motions.word, flights[:, rows[1:]])]
 
     def _near(self, word: Word, flights: Floats) -> NDArray[np.bool_]:
-        """Which flight times are near to those of motions of a family, or of their images."""
-        # Squares are numbers in ascending order, so that thousands of flight times are looked up at once; infinity at
-        # the end keeps every search within the array.
-        count, squares = self.squares.get(word, (0, np.array([np.inf])))  # of so many families, ascending
+        """Whether flight times are near to those of motions of a family, or of their mirror images."""
+        # Squares have numbers, in ascending order: so thousands of flight times are looked up at once. Infinity at the
+        # end keeps every search within the array.
+        count, squares = self.squares.get(word, (0, np.array([np.inf])))  # of the first `count` families
         if count < len(self.families):
             images = (_images(family, word, self.model.horizontal) for family in self.families[count:])
             squares = np.unique(np.concatenate([squares, *map(_squares, chain.from_iterable(images))]))
@@ -297,17 +373,18 @@ class _Search(Struct):
         return np.asarray(squares.take(np.searchsorted(squares, codes), mode="clip") == codes)
 
     def _same(self, motion: Motion, other: Motion) -> bool:
+        """Whether two motions, or one and the mirror image of the other, are the same."""
         return motion.distance(other, mirror=self.model.horizontal) < SAME
 
     def _alike(self, motion: Motion) -> Iterator[Family]:
-        """Families whose word the motion has, or its mirror image where there is one."""
+        """The families with the word of a motion or, where there are mirror images, of its image."""
         words = {motion.word.canonical()}
         if self.model.horizontal:
             words.add(motion.word.mirrored().canonical())
         return chain.from_iterable(self.of_word.get(word, ()) for word in words)
 
     def _add(self, curve: Curve, trail: Trail) -> None:
-        """Take up a family that was followed."""
+        """Add a family that was followed."""
         x = np.array([point.x for point in trail.points])
         trace = np.array([point.trace for point in trail.points])
         values = np.asarray(self.sweep.value(x[:, -1]))
@@ -315,7 +392,7 @@ class _Search(Struct):
         self.take(Family(0, self.sweep, curve, x, trace, values, np.ones(len(x), dtype=bool), marks))
 
     def take(self, family: Family) -> None:
-        """Take up a family, and what it meets."""
+        """Add a family, and the vertices on it."""
         number = len(self.families) + 1
         self.families.append(replace(family, number=number))
         self.of_word.setdefault(family.word.canonical(), []).append(self.families[-1])
@@ -326,15 +403,18 @@ class _Search(Struct):
                 self.at_event[number, mark.row] = meeting
 
     def _meeting(self, family: Family, mark: Mark) -> _Meeting | None:
-        """The vertex at an event, a new one with starts of what else comes to it; None where no motion is left."""
+        """The vertex at an event; a new one is added, and the families that may begin there are put into the queue.
+
+        None where every impact is a touch.
+        """
         motion, event = family.curve.motion(family.x[mark.row]), mark.event
         if mark.point is not None:
             motion = mark.point.motion
         if event in (Event.GRAZING, Event.ZERO_VELOCITY):
             motion, event = touching(motion, turns(motion, self.model.groups(motion.coordinate))), Event.GRAZING
         motion = motion.primitive().representative(self.model.horizontal)
-        # The ball then oscillates freely and just touches the membranes: families of every word begin there, and none
-        # can be chosen.
+        # Where every impact is a touch, the ball oscillates freely between the membranes: families of every word begin
+        # at this motion, and none can be chosen.
         if len(motion.rests) == len(motion.word):
             return None
         for meeting in self.meetings:
@@ -346,7 +426,7 @@ class _Search(Struct):
         return self.meetings[-1]
 
     def atlas(self) -> Atlas:
-        """What was found, with its events solved for in decimals."""
+        """The atlas of all families so far, with their events solved for in decimals."""
         order = sorted(self.families, key=lambda f: (len(f.word), f.word.letters, f.word.periods, f.number))
         numbers = {family.number: k for k, family in enumerate(order, 1)}
         points = [(meeting, self._point(meeting)) for meeting in self.meetings]
@@ -365,12 +445,13 @@ class _Search(Struct):
         return Atlas(self.sweep, self.limits, *parts, followed)
 
     def _completeness(self) -> Iterator[Completeness]:
-        """Whether all families of a word were found, for each word in the limits."""
+        """The claim of completeness for every word that is looked for."""
         horizontal, numbers = self.model.level.horizontal, range(1, self.limits.impacts + 1)
         harmonics = self.model.harmonics
         closed = [] if horizontal or harmonics else ["B"]
         closed += ["BT"] if self.limits.impacts > 1 else []
-        # Of these there are none, see `on_bottom`; where motions have mirror images, the bottom stands for both ends.
+        # The following words have no motions, see `on_bottom`; where motions have mirror images, the bottom stands for
+        # both membranes.
         closed += [impacts * "B" for impacts in numbers if horizontal]
         closed += [impacts * "T" for impacts in numbers if not self.model.horizontal]
         yield from (Completeness(word, Claim.COMPLETE) for word in closed)
@@ -385,13 +466,13 @@ class _Search(Struct):
             yield Completeness(word.letters, Claim.SEARCHED, side_of(word) / 2)
 
     def _point(self, meeting: _Meeting) -> Point:
-        """The point that a vertex is: that of the 1:1 motions where it is one, which keeps its label."""
+        """The point of a vertex, solved for in decimals; that of the 1:1 motions, if it is one, keeps its label."""
         if meeting.point is None:
             return polished(self.sweep, meeting.motion, meeting.event)
         return replace(meeting.point, motion=meeting.motion)
 
     def _marked(self, family: Family, number: int, vertices: dict[int, Point]) -> Family:
-        """A family with its events, the coordinate of each as it was solved for."""
+        """A family with its number and with the points of its events, whose swept values are put into its rows."""
         marks = []
         for mark in family.marks:
             row, point, meeting = mark.row, mark.point, self.at_event.get((family.number, mark.row))
@@ -402,7 +483,7 @@ class _Search(Struct):
                     point = polished(self.sweep, family.curve.motion(family.x[row]), mark.event)
                 point = point and replace(point, families=(number,))
             if mark.event is Event.SWEEP_END:
-                # The end as it is given: by way of the coordinate it would come back with a rounding.
+                # The end as the scenario states it: by way of the coordinate it would come back with a rounding.
                 ends = self.sweep.start, self.sweep.end
                 family.sweep_value[row] = min(ends, key=lambda end: abs(end - float(family.sweep_value[row])))
             if point is not None:
@@ -412,7 +493,20 @@ class _Search(Struct):
 
 
 def _images(family: Family, word: Word, mirror: bool) -> Iterator[Floats]:
-    """All flight times but the last of a family's motions, counted so that they have a sequence; with their mirror."""
+    """Flight times but the last of a family's motions, counted from all impacts that give them a word.
+
+    Parameters
+    ----------
+    family : Family
+    word : Word
+        That of its motions, or of several periods of them.
+    mirror : bool
+        Whether to add those of the mirror images.
+
+    Yields
+    ------
+    ndarray (N - 1, n)
+    """
     base, count = family.word, len(word) // len(family.word)
     whole = Word(count * base.walls, count * base.periods)
     if whole.periods != word.periods or len(whole) != len(word):
@@ -425,7 +519,7 @@ def _images(family: Family, word: Word, mirror: bool) -> Iterator[Floats]:
 
 
 def _squares(flights: Floats) -> Floats:
-    """Squares of the space of flight times that a line through points passes, and their neighbours."""
+    """Codes of the squares of flight times that the line through points (N - 1, n) passes, and of their neighbours."""
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(flights, axis=1)).max(axis=0))])
     fine = np.append(np.arange(0, way[-1], NEAR / 2), way[-1])
     line = np.stack([np.interp(fine, way, flight) for flight in flights])
@@ -434,5 +528,5 @@ def _squares(flights: Floats) -> Floats:
 
 
 def _codes(flights: Floats) -> Floats:
-    """A number for the square that flight times lie in."""
+    """The number of the square, see `SQUARES`, in which flight times (N - 1, ...) lie."""
     return np.asarray(np.tensordot(SQUARES ** np.arange(len(flights)), np.floor(flights / NEAR), axes=1))

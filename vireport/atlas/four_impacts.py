@@ -1,20 +1,22 @@
-"""Candidates with four impacts, searched for over a grid of the times of all of them.
+"""Candidates for motions with four impacts, by a search over a grid of the times of three of them.
 
-At each three times after the first impact there is one solution, and it is a motion of a sweep where two conditions
-hold: a curve, which passes cells in whose corners the signs of both differ.
+For every three times after the first impact there is one solution of the linear conditions, and it is a motion of a
+sweep if two further conditions hold. They hold on a curve, which passes cells at whose corners the signs of both
+differ. The search proves nothing: a curve inside a cell is missed.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vireport.atlas.surface import (
     Candidates,
+    FlightTimes,
     HomogeneousSolution,
     candidates_above,
     into_range,
@@ -37,14 +39,14 @@ LAYERS = 8
 """Layers of cells evaluated at once: numbers stay in the processor's cache, and are many enough for NumPy."""
 
 FARTHEST, INSIDE = 2.0, 0.5
-"""Sides of a cell from its centre: half of one, and the rest for the curvature of both functions; and where the centre
-has the other sign of d, within the cell."""
+"""Farthest from the centre of a cell that the linearised conditions may be zero, in its sides: half a side for the
+cell, the rest for the curvature of both functions. And where the centre has the other sign of d: within the cell."""
 
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 """The corners of a cell, from that with the least times."""
 
 FIT = np.vstack([(CORNERS - 0.5).T / 2, np.full(8, 1 / 8)]).astype(np.float32)
-"""From the values of a function in the corners of a cell to its slopes over the cell's side, and its mean."""
+"""Matrix from the values of a function at the corners of a cell to its three slopes per side and its mean."""
 
 SIGNS = np.array([1, -1], np.float32)
 """Signs that the factor of a solution may have."""
@@ -60,17 +62,18 @@ def side_of(word: Word) -> float:
 
 
 def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Candidates, Floats]:
-    """Candidates of a sweep, in the cells that its curve passes, with all their flight times but the last.
+    """Search for motions with four impacts; returns them with all their flight times but the last.
 
     Parameters
     ----------
     model : Model
+        Of the sweep.
     low, high : float
         Range of the coordinate.
     word : Word
         Four impacts, on both membranes.
     """
-    # Of membranes that are alike the solutions of a sequence are those of its mirror image, too.
+    # For membranes that are alike the solutions of a word are those of its mirror image, too.
     alike = not isinstance(model.r, Restitutions)
     side, canonical, starts = side_of(word), word.canonical(mirror=alike), [np.empty((3, 0))]
     # Each image that is the sequence, and the impact from which it is.
@@ -78,15 +81,19 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
     images = [(image, i) for image in both for i in range(4) if image.rotated(i) == word]
     if model.level.horizontal or canonical.rotated(2) == canonical:
         del images[1:]  # whose motions are the same
-    for i, x, velocity in _layers(canonical, model.r):
+    for layer in _layers(canonical, model.r):
         for image, first in images:
             # Half a period later and in the mirror, all unknowns have the other sign but d.
-            seen = x if image == canonical else x._replace(d=-x.d)
-            crossed = np.logical_and.reduce([_crossed(condition) for condition in sweep_conditions(seen, model)])
-            layer, row, column = cells = np.stack(np.nonzero(crossed))
-            cells = cells[:, (row <= layer + i) & (column >= layer)]  # in which the impacts can be in order
-            layer, row, column = _starts(seen, velocity, cells, image, model, (low, high))
-            time = side * np.stack([row, layer + i, column + i])
+            x = layer.solution
+            seen = layer if image == canonical else layer._replace(solution=x._replace(d=-x.d))
+            conditions = sweep_conditions(seen.solution, model)
+            cells = np.stack(np.nonzero(np.logical_and.reduce([_crossed(condition) for condition in conditions])))
+            # Indices of the times of the third, the second and the fourth impact; only cells in which they can be in
+            # order are of use.
+            third, second, fourth = cells
+            cells = cells[:, (second <= third + layer.first) & (fourth >= third)]
+            third, second, fourth = _starts(seen, cells, image, model, (low, high))
+            time = side * np.stack([second, third + layer.first, fourth + layer.first])
             flights = np.diff(time, axis=0, prepend=0.0, append=2.0 * word.periods)
             starts.append(np.roll(flights, -first, axis=0)[:-1])
     flights = np.maximum(np.concatenate(starts, axis=1), side / 4)  # where two times are in one cell
@@ -96,12 +103,27 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
     return motions, flights[:, rows]
 
 
-@lru_cache(maxsize=8)
-def _layers(word: Word, r: Any) -> list[tuple[int, HomogeneousSolution, list[Any]]]:
-    """The solutions above the corners of the cells, which are those of every sweep with this restitution coefficient.
+class Layer(NamedTuple):
+    """Solutions at the corners of some layers of cells, in single precision.
 
-    In layers, each with the number of its first one and its velocities; few digits are enough.
+    Attributes
+    ----------
+    first : int
+        Number of the first layer: the time of the third impact over the side of a cell.
+    solution : HomogeneousSolution
+        Without its vectors.
+    velocity : list of ndarray
+        Before each impact, times the factor of the solution.
     """
+
+    first: int
+    solution: HomogeneousSolution
+    velocity: list[Any]
+
+
+@lru_cache(maxsize=8)
+def _layers(word: Word, r: Any) -> list[Layer]:
+    """The solutions at the corners of all cells, which are the same for every sweep with this restitution."""
     side = side_of(word)
     count, layers = round(2 * word.periods / side), []
     grid = np.float32(side) * np.arange(count + 1, dtype=np.float32)
@@ -111,40 +133,49 @@ def _layers(word: Word, r: Any) -> list[tuple[int, HomogeneousSolution, list[Any
         j = min(i + LAYERS, count)
         second, first, third = grid[i : j + 1, None, None], grid[None, : j + 1, None], grid[None, None, i:]
         time = [0 * first, first, second, third]
-        x = solution(word, [after - before for before, after in pairwise(time)], r, time=time)
-        layers.append((i, x._replace(vectors=[]), x.velocity))
+        flights = [after - before for before, after in pairwise(time)]
+        x = solution(word, FlightTimes(flights, time=time), r)
+        layers.append(Layer(i, x._replace(vectors=[]), x.velocity))
     return layers
 
 
 def _crossed(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Whether a function may be zero in each cell of a grid, by its values in the corners."""
+    """Whether a function may be zero in each cell of a grid, by its values at the corners."""
     least = largest = values
-    for _ in values.shape:  # each axis in turn
+    for _ in values.shape:  # all three axes in turn
         least = np.minimum(least[1:], least[:-1]).transpose(1, 2, 0)
         largest = np.maximum(largest[1:], largest[:-1]).transpose(1, 2, 0)
     return _within_slack(least, largest)
 
 
 def _within_slack(least: NDArray[Any], largest: NDArray[Any]) -> NDArray[np.bool_]:
-    """Whether a function between these values in the corners of cells may be zero inside."""
+    """Whether a function with these least and largest values at the corners of cells may be zero inside."""
     slack = SLACK * (largest - least)
     return np.asarray((least <= slack) & (largest >= -slack))
 
 
-def _starts(
-    x: HomogeneousSolution,
-    velocity: list[Any],
-    cells: NDArray[np.intp],
-    word: Word,
-    model: Model,
-    limits: tuple[float, float],
-) -> Floats:
-    """Where motions of a sweep may be next to the cells of a grid of solutions, in sides of a cell, (3, n).
+def _starts(layer: Layer, cells: NDArray[np.intp], word: Word, model: Model, limits: tuple[float, float]) -> Floats:
+    """Places in cells, or next to them, at which motions of a sweep may be, (3, n), in sides of a cell.
 
+    Parameters
+    ----------
+    layer : Layer
+    cells : ndarray of int (3, m)
+        Indices of the cells in it.
+    word : Word
+    model : Model
+        Of the sweep.
+    limits : tuple of float
+        Range of the coordinate.
+
+    Notes
+    -----
     To first order both conditions are zero on a line, whose point next to the centre must not be far from the cell; up
-    to a side of a cell from that point each velocity and the coordinate must be in its range, but for the slack. In a
-    cell in which d changes its sign, and so the factor of the motions, all is smooth for either sign alone.
+    to a side of a cell from that point all velocities and the coordinate must be in their ranges, but for the slack. In
+    a cell in which d changes its sign, and so does the factor of the motions, the functions are smooth for either sign
+    of the factor by itself.
     """
+    x = layer.solution
     index = np.ravel_multi_index(tuple(cells), x.d.shape) + np.ravel_multi_index(CORNERS.T, x.d.shape)[:, None]
     d, level = x.d.take(index), model.level
     either = [np.flatnonzero((sign * d > 0).any(axis=0)) for sign in SIGNS]
@@ -165,7 +196,7 @@ def _starts(
     rows, index, sign, step, direction = rows[near], index[:, near], sign[near], step[:, near], direction[:, near]
     d, norm = d[:, near], np.hypot(x.sine.take(index), x.cosine.take(index))
     coordinate = sign * x.gbar.take(index) if level.held is Held.D else d
-    outward = [sign * wall * v.take(index) for v, wall in zip(velocity, word.walls, strict=True)]
+    outward = [sign * wall * v.take(index) for v, wall in zip(layer.velocity, word.walls, strict=True)]
     slopes, mean = _fitted(np.stack([coordinate - limits[0] * norm, limits[1] * norm - coordinate, d, *outward]))
     nearest, change = ((slopes * way).sum(axis=1) for way in (step, direction))
     largest = mean + nearest + np.abs(change) + SLACK * np.abs(slopes).sum(axis=1)
@@ -174,7 +205,7 @@ def _starts(
 
 
 def _fitted(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Slopes (m, 3, n) over the side of a cell, and mean (m, n), of functions by their values in its corners."""
+    """Slopes (m, 3, n) per side of a cell, and means (m, n), of functions by their values at its corners (m, 8, n)."""
     fit = FIT @ values
     return fit[:, :3], fit[:, 3]
 

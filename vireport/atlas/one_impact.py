@@ -1,4 +1,4 @@
-"""Candidates with one impact, on the bottom, in some forcing periods: all along a sweep, by the phase of the impact."""
+"""Motions with one impact, on the bottom, in some forcing periods: all of a sweep, by a scan over the phase."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 PARTS, HALVINGS = 256, 14
-"""Into which the range of phases is divided, and how often those are halved that may hold an end of a family: less than
-a millionth of a radian is left undecided there."""
+"""Parts of the range of phases, and halvings of those that may hold an end of a family: less than a millionth of a
+radian around the end stays undecided."""
 
 
 def one_impact(model: Model, low: float, high: float, periods: int) -> Candidates:
-    """Find one motion of each family.
+    """Find one motion of every family with one impact.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Candidate
     -----
     By (2.11) and (2.12) over the one flight sin(phi) = a gbar, where a = pi k (1 - r)/(1 + r). After a time t the ball
     is gbar t (2k - t)/2 + [cos(phi + pi t) - cos(phi)]/pi^2 above the bottom. Per radian of phi that changes by at most
-    k^2/(2a) + 3/pi^2, so that with a phase at which the ball is beyond a membrane others around it are left out.
+    k^2/(2a) + 3/pi^2: a phase at which the ball is beyond a membrane by some distance excludes others around it.
     """
     word = Word((1,), periods)
     high = search_end(model, word, low, high)

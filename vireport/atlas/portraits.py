@@ -1,4 +1,4 @@
-"""The path of a periodic motion in closed form, stable or not, to be drawn as the path of a simulated one."""
+"""Portraits of periodic motions from their closed form, stable or not, like those of simulated motions."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ if TYPE_CHECKING:
 
 
 def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
-    """The path of a motion over its period, in closed form, whether it is stable or not.
+    """The portrait of a motion over its period, in closed form.
 
     Parameters
     ----------
     model : Model
+        Of its sweep.
     motion : Motion
+        Stable or not.
     label : str
         See `Portrait`.
     """

@@ -1,10 +1,13 @@
-"""Candidates with two to four impacts in closed form above their flight times.
+"""Candidates for motions with two to four impacts, in closed form as functions of their flight times.
 
-At given flight times the conditions are linear and homogeneous in the velocities, the sine and cosine of the phase,
-gbar and d. With three impacts they leave one solution above each pair of flight times, without iteration; with four,
-one above each triple and one condition on these. Motions that strike the bottom only do not depend on d, which is one
-unknown less: with two impacts there is one solution above each flight time, with three one condition on both, with four
-two on the three.
+Where the flight times are fixed, the conditions are linear and homogeneous in the velocities, the sine and cosine of
+the phase, gbar and d. With three impacts they have one solution for each pair of flight times, without iteration; with
+four, one for each triple, and one condition is left over. Motions that strike the bottom only do not depend on d, one
+unknown less: with two impacts there is one solution for each flight time; with three a condition on two flight times is
+left over, with four two on three.
+
+Read `solution` (the linear system), `sweep_conditions` (what makes a solution one of a sweep), `Candidates`, and
+`onto_sweep` (Newton's method for the flight times).
 """
 
 from __future__ import annotations
@@ -33,20 +36,51 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 NEWTON_STEPS, STEP, SETTLED = 6, 1e-7, 1e-8
-"""Newton steps, the difference of flight times that derivatives are taken over [t_c], and the residual that is small
-enough to follow a family from: the steps square it."""
+"""Newton steps, the difference of flight times for derivatives [t_c], and the residual that is small enough to follow a
+family from the motion: the step after it squares the residual."""
 
 INWARD = 1 / 16
-"""Share of the range from its ends at which motions are looked for on families that are found outside."""
+"""Distance from the ends of the sweep, as a share of it, at which motions are looked for on families that were met
+beyond these ends."""
+
+
+class FlightTimes(NamedTuple):
+    """Flight times of motions of one word, numbers of any kind or arrays.
+
+    Attributes
+    ----------
+    flights : sequence
+        All flight times but the last [t_c].
+    period : array_like or None
+        Of each motion [t_c]; None for that of the word.
+    time : list or None
+        Times of all impacts [t_c], where the caller has them as arrays of fewer numbers than the sums of flight times;
+        None to add these up.
+    """
+
+    flights: Sequence[Any]
+    period: Any = None
+    time: list[Any] | None = None
 
 
 class HomogeneousSolution(NamedTuple):
-    """What the conditions leave above flight times, up to a common factor.
+    """The solution of the linear conditions at given flight times, up to a common factor.
 
-    Times of the impacts, the first at time zero, or the second where only one membrane is struck; sine and cosine of
-    the phase there; the groups, d being None where only one membrane is struck. What is in `excess` is zero above those
-    flight times that there is a motion for. Where only one membrane is struck, `rows` are the conditions, the first two
-    of which were solved, and `waves` sine and cosine of pi times the time of each impact.
+    Attributes
+    ----------
+    vectors : list
+        For each impact, what multiplies (sine, cosine, gbar) to give its velocity.
+    time : list
+        Times of the impacts [t_c]: zero at the first, or at the second where only one membrane is struck.
+    sine, cosine : array_like
+        Of the forcing phase at time zero, times the factor.
+    gbar, d : array_like
+        The groups times the factor; d is None where only one membrane is struck.
+    excess : list
+        The conditions left over: zero for flight times of a motion.
+    rows, waves : sequence
+        Where only one membrane is struck: the conditions, of which the first two were solved; and sine and cosine of pi
+        times the time of each impact.
     """
 
     vectors: list[Any]
@@ -61,7 +95,8 @@ class HomogeneousSolution(NamedTuple):
 
     @property
     def velocity(self) -> list[Any]:
-        """Velocity of each impact; vectors hold what multiplies sine, cosine and gbar, with waves for its own phase."""
+        """Velocity before each impact, times the factor."""
+        # With `waves` the vectors are for the phase at the impact itself, and are turned to that at time zero.
         turned = [_turned(*pair) for pair in zip(self.vectors, self.waves, strict=True)] if self.waves else self.vectors
         return [_product(vector, (self.sine, self.cosine, self.gbar)) for vector in turned]
 
@@ -71,7 +106,7 @@ class HomogeneousSolution(NamedTuple):
         return self.gbar if self.d is None else self.d
 
     def at(self, index: Any) -> HomogeneousSolution:
-        """The solutions picked by an index, but for their excess."""
+        """The solutions picked by an index, without their excess."""
         vectors, rows, waves = (
             [[y if isinstance(y, float) else y[index] for y in row] for row in part]
             for part in (self.vectors, self.rows, self.waves)
@@ -81,40 +116,29 @@ class HomogeneousSolution(NamedTuple):
         return HomogeneousSolution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
 
     def by_others(self) -> HomogeneousSolution:
-        """What the last condition and the first leave instead of the first two, where only one membrane is struck."""
+        """The solution of the last and the first condition instead of the first two, where one membrane is struck."""
         rows = [self.rows[-1], *self.rows[:-1]]
         sine, cosine, gbar = kernel = _cross(*rows[:2])
         excess = [_product(row, kernel) for row in rows[2:]]
         return self._replace(sine=sine, cosine=cosine, gbar=gbar, excess=excess, rows=rows)
 
 
-def solution(
-    word: Word,
-    flights: Sequence[Any],
-    r: Any,
-    ops: Any = ARRAYS,
-    period: Any = None,
-    time: list[Any] | None = None,
-) -> HomogeneousSolution:
-    """Solve the linear conditions of a motion with three or four impacts, or two to four on one membrane only.
+def solution(word: Word, times: FlightTimes, r: Any, ops: Any = ARRAYS) -> HomogeneousSolution:
+    """Solve the linear conditions of motions with three or four impacts, or two to four on one membrane only.
 
     Parameters
     ----------
     word : Word
-    flights : sequence
-        All flight times but the last [t_c].
+    times : FlightTimes
     r : float or Restitutions
         Restitution coefficient.
     ops
-        Of the kind of number of `flights`.
-    period : ndarray (n,), optional
-        Of each motion [t_c], where it is not that of the word.
-    time : list, optional
-        Of all impacts [t_c], where they are arrays of fewer numbers than the sums of flight times.
+        Of the kind of number of the flight times.
 
     Source: Eqs. (2.11)-(2.13). Velocities are eliminated by (2.11); flights from a membrane to the same one do not
-    depend on d, nor do two flights there and back together, which leaves two conditions, or three, on three unknowns.
+    depend on d, nor do two flights across and back together, which leaves two conditions, or three, on three unknowns.
     """
+    flights, period, time = times
     count, walls = len(word), word.walls
     if word.one_sided:
         restitution = by_wall(r)[0 if walls[0] > 0 else 1]
@@ -122,7 +146,8 @@ def solution(
     if time is None:
         time = list(accumulate(flights, initial=flights[0] * 0.0))
     durations = [*flights, (2.0 * word.periods if period is None else period) - time[-1]]
-    # Vectors hold what multiplies the sine and the cosine of the phase at the first impact, and gbar.
+    # Every quantity is a vector of three: what multiplies the sine and the cosine of the phase at the first impact, and
+    # gbar.
     swings = [(1 / np.pi, 0.0)]
     for angle in (ops.pi * t for t in time[1:]):
         swings.append((ops.cos(angle) * (1 / np.pi), ops.sin(angle) * (1 / np.pi)))
@@ -157,8 +182,10 @@ def solution(
 
 
 def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) -> HomogeneousSolution:
-    """Solve the conditions where all impacts are on the bottom.
+    """Solve the conditions of motions with all impacts on the bottom; arguments are those of `solution`.
 
+    Notes
+    -----
     A flight that comes back to it after a time t begins, by (2.12), with the velocity gbar t/2 - p s + q c upwards,
     where p = (1 - sinc t)/pi, q = sinc(t/2) sin(pi t/2)/pi, and s and c are sine and cosine of the phase at its start;
     with those at its end it ends, by (2.11), with the velocity gbar t/2 + p s + q c downwards. At each impact the first
@@ -182,16 +209,39 @@ def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) ->
 
 
 def _turned(vector: Sequence[Any], wave: tuple[Any, Any]) -> list[Any]:
-    """What multiplies sine, cosine and gbar, for the phase at time zero instead of that at a time with this wave."""
+    """A vector for the phase at a time, as one for the phase at time zero.
+
+    Parameters
+    ----------
+    vector : sequence
+        What multiplies sine and cosine of the phase at the time, and gbar.
+    wave : tuple
+        Sine and cosine of pi times that time.
+    """
     s, c, gbar = vector
     sine, cosine = wave
     return [s * cosine - c * sine, s * sine + c * cosine, gbar]
 
 
 def sweep_conditions(x: HomogeneousSolution, model: Model) -> list[Any]:
-    """What is zero of the solutions of a sweep: up to three numbers, of any kind."""
+    """Functions of a solution that are all zero if it is a motion of the sweep.
+
+    Parameters
+    ----------
+    x : HomogeneousSolution
+        In any kind of number.
+    model : Model
+        Of the sweep.
+
+    Returns
+    -------
+    list
+        What the sweep holds, gbar, d or d/gbar, less its value, if that is a condition; then the excess of the
+        solution. Times a power of its factor, so that nothing is divided.
+    """
     value = float(model.level.value)
-    # Where only the bottom is struck any d above the ball's reach will do: only a given gbar is a condition.
+    # Where only the bottom is struck any d above the ball's reach will do: the sweep's level is a condition only if it
+    # is one of gbar.
     if x.d is None and model.level.held is not Held.GBAR:
         return x.excess
     if model.level.held is Held.RATIO:
@@ -204,15 +254,17 @@ def sweep_conditions(x: HomogeneousSolution, model: Model) -> list[Any]:
 
 
 def _cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
+    """Vector product, which both factors multiply to zero: the solution of two linear conditions on three unknowns."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def _product(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Scalar product of two vectors of three."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 class Candidates(Struct, frozen=True, eq=False):
-    """Candidates with one sequence of impacts, in arrays; some may only solve the equations.
+    """Solutions of the conditions of one word, as arrays; not all of them need be motions.
 
     Attributes
     ----------
@@ -220,7 +272,7 @@ class Candidates(Struct, frozen=True, eq=False):
     velocity, time : ndarray (N, n)
         Of each impact [y_c], [t_c].
     gbar, d : ndarray (n,)
-        The groups at which the motion occurs; d is nan where only one membrane is struck, until one is chosen.
+        The groups of each; where only one membrane is struck, d is nan until a value is chosen.
     excess : ndarray (m, n)
         See `HomogeneousSolution`.
     r : float or Restitutions
@@ -241,11 +293,11 @@ class Candidates(Struct, frozen=True, eq=False):
         return Candidates(self.word, *parts, self.r)
 
     def coordinate(self, level: Level) -> Floats:
-        """Coordinate that orders the motions of a sweep."""
+        """The sweep's coordinate of each candidate."""
         return np.asarray(self.gbar if level.held is Held.D else self.d)
 
     def motion(self, i: int, level: Level) -> Motion:
-        """The motion of one candidate, on the level of a sweep."""
+        """The motion of candidate i, with the sweep's coordinate."""
         return Motion(self.word, self.velocity[:, i], self.time[:, i], float(self.coordinate(level)[i]))
 
     @property
@@ -255,14 +307,14 @@ class Candidates(Struct, frozen=True, eq=False):
         return np.asarray(trace(self.word, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
 
     def turns(self, period: Any = None, settled: float = SMALLEST_STEP) -> Iterator[tuple[int, Turns]]:
-        """The turning points of the ball, by the impact that begins the flight.
+        """The turning points of the ball, with the impact that begins the flight.
 
         Parameters
         ----------
         period : ndarray (n,), optional
-            Of each motion [t_c], where it is not that of the word.
+            Of each candidate [t_c], where it is not that of the word.
         settled : float
-            Newton step at which a turning point is found [t_c].
+            Newton step that ends the search for a turning point [t_c].
         """
         walls, whole = self.word.walls, 2.0 * self.word.periods if period is None else period
         ends = [*self.time[1:], self.time[0] + whole]
@@ -275,9 +327,9 @@ class Candidates(Struct, frozen=True, eq=False):
 
     @property
     def gap(self) -> Floats:
-        """Least distance between the ball and a membrane that it turns back from; not positive where it is no motion.
+        """Least distance of the ball from a membrane that it turns back from [x_c]; infinite if it never turns.
 
-        Velocities must be towards the membranes. Infinite where the ball turns back nowhere.
+        Zero or less where a candidate is no motion, also because of its velocities or a negative d.
         """
         speeds = self.velocity * np.array(self.word.walls)[:, None]
         sound = (speeds > 0).all(axis=0) & (self.d > 0)
@@ -293,12 +345,12 @@ class Candidates(Struct, frozen=True, eq=False):
 
 
 def candidates_above(word: Word, flights: Floats, r: Any, period: Floats | None = None) -> Candidates:
-    """The motions with three impacts above pairs of flight times, and what may be one with four above triples.
+    """The solutions of the conditions at given flight times.
 
     Parameters
     ----------
     word : Word
-        Or with two to four, on the bottom only.
+        Three or four impacts, or two to four on the bottom only.
     flights : ndarray (N - 1, n)
         All flight times but the last [t_c].
     r : float or Restitutions
@@ -308,10 +360,10 @@ def candidates_above(word: Word, flights: Floats, r: Any, period: Floats | None 
 
     Notes
     -----
-    Of a solution and its negative, which solves the conditions too, this is the one with positive d, or gbar where only
-    one membrane is struck. NaN where flight times leave more than these.
+    The negative of a solution solves the conditions too: this is the one with positive d, or positive gbar where only
+    one membrane is struck. NaN at flight times with more than these two.
     """
-    x = solution(word, list(flights), r, period=period)
+    x = solution(word, FlightTimes(list(flights), period), r)
     with np.errstate(invalid="ignore", divide="ignore"):
         # sin^2 + cos^2 = 1 fixes the size of the factor, and d > 0 (gbar > 0) its sign.
         scale = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive)
@@ -322,9 +374,18 @@ def candidates_above(word: Word, flights: Floats, r: Any, period: Floats | None 
 
 
 def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
-    """The d of motions of a sweep that strike one membrane, and do not depend on it: the largest of a sweep over d.
+    """The d to give to motions that strike one membrane only and do not depend on it.
 
-    All may have the factor of a solution, whose sine and cosine have the root sum of squares `norm`.
+    Parameters
+    ----------
+    level : Level
+        Of the sweep.
+    largest : array_like
+        Largest d of the sweep, which is taken where the sweep varies d at constant gbar.
+    gbar : array_like
+        Of the motions, perhaps times a factor.
+    norm : array_like
+        This factor.
     """
     if level.held is Held.D:
         return norm * level.value
@@ -332,10 +393,10 @@ def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
 
 
 def search_end(model: Model, word: Word, low: float, high: float) -> float:
-    """The end of a range of the coordinate up to which motions of a word are looked for.
+    """Upper end of the range of the coordinate in which motions of a word are looked for.
 
-    Motions on one membrane are at all d that leave them their room: where d has many decades, they are looked for where
-    it leaves digits of their gaps.
+    Motions on one membrane exist at all d above the ball's reach. Where the sweep covers many decades of d, they are
+    looked for at the lower ones, where their gaps keep digits.
     """
     if not (word.one_sided and model.level.held is Held.GBAR):
         return high
@@ -343,9 +404,9 @@ def search_end(model: Model, word: Word, low: float, high: float) -> float:
 
 
 def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[Candidates, NDArray[np.intp]]:
-    """The candidates that are admissible and in the range of a sweep's coordinate, and their indices."""
+    """The candidates that are motions and in the range of the sweep's coordinate, and their numbers."""
     gap = motions.gap
-    if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d that leave the ball its room
+    if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d above the ball's reach: one is chosen
         motions = replace(motions, d=high - np.minimum(gap, high - low) / 2)
     coordinate = motions.coordinate(level)
     rows = np.flatnonzero((gap > 0) & (coordinate > low) & (coordinate < high))
@@ -355,19 +416,26 @@ def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[
 def onto_sweep(
     word: Word, flights: Floats, model: Model, farthest: float, coordinate: Floats | None = None
 ) -> tuple[Candidates, Floats]:
-    """The motions of a sweep next to flight times, by Newton's method, where it settles, and their flight times.
+    """Solve for motions of a sweep next to given flight times, by Newton's method.
 
     Parameters
     ----------
     word : Word
     flights : ndarray (N - 1, n)
-        All flight times but the last, from which it starts [t_c].
+        All flight times but the last of each guess [t_c].
     model : Model
         Of the sweep.
     farthest : float
         Most that a flight time may change [t_c].
     coordinate : ndarray (n,), optional
-        Only those at these places of the sweep.
+        Value of the sweep's coordinate that each motion must have.
+
+    Returns
+    -------
+    Candidates
+        Of the guesses for which the method settles.
+    ndarray (N - 1, m)
+        Their flight times but the last.
     """
     start, flights, settled = flights, flights.copy(), np.zeros(flights.shape[1], dtype=bool)
     steps, rows = STEP * np.eye(len(flights), len(flights) + 1, 1)[:, :, None], np.arange(flights.shape[1])
@@ -399,9 +467,22 @@ def onto_sweep(
 def into_range(
     motions: Candidates, flights: Floats, model: Model, farthest: float, limits: tuple[float, float]
 ) -> Floats:
-    """Flight times of motions of a sweep, and next to those beyond its range of others of their families inside.
+    """Flight times of motions, completed by those of motions inside the range from families met outside it.
 
-    A family may be in the range for less than a cell, and its motion nearest to a start outside.
+    A family may be in the range for less than a cell, and its motion nearest to a guess outside.
+
+    Parameters
+    ----------
+    motions : Candidates
+        On the sweep's level.
+    flights : ndarray (N - 1, n)
+        Their flight times but the last [t_c].
+    model : Model
+        Of the sweep.
+    farthest : float
+        Most that a flight time may change [t_c].
+    limits : tuple of float
+        Range of the coordinate.
     """
     value, inward = motions.coordinate(model.level), INWARD * (limits[1] - limits[0])
     inside = np.clip(value, limits[0] + inward, limits[1] - inward)
@@ -411,8 +492,8 @@ def into_range(
 
 
 def _conditions(word: Word, flights: Floats, model: Model, coordinate: Floats | None) -> Floats:
-    """What is zero for motions of a sweep, of flight times (N - 1, m, n): (n, m, conditions)."""
-    level, x = model.level, solution(word, list(flights), model.r)
+    """Conditions that are zero for motions of a sweep, at flight times (N - 1, m, n): (n, m, conditions)."""
+    level, x = model.level, solution(word, FlightTimes(list(flights)), model.r)
     # Divided by the factor, whose size changes with the flight times: otherwise Newton's steps would follow it too.
     scale, values = np.copysign(1 / np.hypot(x.sine, x.cosine), x.positive), x.excess
     if level.held is Held.GBAR or not word.one_sided:

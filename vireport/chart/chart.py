@@ -10,8 +10,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.atlas.exclusion import FINE
-from vireport.atlas.families import atlas
-from vireport.atlas.given import motions_of
+from vireport.atlas.families import SearchEffort, atlas
+from vireport.atlas.guesses import motions_of
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
 from vireport.chart.design import ChartedDesign, charted_design
@@ -185,7 +185,7 @@ def chart(
         say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(lines)))
         if not line.sweep.unresolved:
             motions = () if began is None else _given(line, began)
-            families = atlas(line.sweep, limits, motions, finest=FINE)
+            families = atlas(line.sweep, limits, motions, effort=SearchEffort(FINE))
             crossed.append(Cut(line, _stable(families, line)))
             for start in _starts(families, line):
                 progress(f"loci of {start.motion.word.letters}")

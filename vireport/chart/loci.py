@@ -21,7 +21,7 @@ from vireport.motions.paths import RANK, STEEPEST, Arc, Path, PathPoint
 from vireport.motions.periodicity import linearised, residuals, weighted_trace
 from vireport.motions.turning import Turn, turns
 from vireport.physics.groups import Groups
-from vireport.physics.motion import AT_ZERO, BESIDE, Motion
+from vireport.physics.motion import AT_ZERO, SAME_TOUCH, Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 
@@ -115,7 +115,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
         count, period = len(self.word), 2 * self.word.periods
         rests = x[[count + i for i in self.condition.rests]]
         turning = turns(self.motion(x), self.groups(x))
-        return [turn for turn in turning if (np.abs((turn.time - rests + 1) % period - 1) > BESIDE).all()]
+        return [turn for turn in turning if (np.abs((turn.time - rests + 1) % period - 1) > SAME_TOUCH).all()]
 
     def margins(self, x: Floats) -> Floats:
         """What is positive of a motion within the plane.

@@ -27,7 +27,7 @@ from vireport.motions.events import Event
 from vireport.motions.paths import Arc, PathPoint, completed, follow
 from vireport.motions.periodicity import weighted_trace
 from vireport.motions.switching import Limits, off, touching
-from vireport.physics.motion import BESIDE, IMAGE, Motion
+from vireport.physics.motion import IMAGE, SAME_TOUCH, Motion
 from vireport.physics.numbers import ARRAYS
 from vireport.physics.word import Word
 
@@ -179,7 +179,7 @@ class Network(Struct):
         """Follow a locus both ways from a motion, unless it is known."""
         motion = path.motion(first.x)
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)
-        if not path.admits(first.x) or waits.min() < BESIDE or motion.rests != path.condition.rests:
+        if not path.admits(first.x) or waits.min() < SAME_TOUCH or motion.rests != path.condition.rests:
             return
         if self._is_redundant(motion) or self._known(path, first.x):
             return
@@ -304,7 +304,7 @@ def _distinct(motion: Motion) -> Motion:
     """A motion without impacts of velocity zero that are the same touch as another."""
     pairs, period = combinations(motion.rests, 2), 2 * motion.word.periods
     late = [(j, motion.time[j] - motion.time[i]) for i, j in pairs]
-    return motion.without_impacts([j for j, wait in late if abs((wait + 1) % period - 1) < BESIDE])
+    return motion.without_impacts([j for j, wait in late if abs((wait + 1) % period - 1) < SAME_TOUCH])
 
 
 def _degenerate(path: Locus, points: list[PathPoint]) -> Iterator[PathPoint]:

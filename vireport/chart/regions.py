@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.atlas.exclusion import FINE
-from vireport.atlas.families import atlas
+from vireport.atlas.families import SearchEffort, atlas
 from vireport.base.errors import NumericalError
 from vireport.base.progress import Progress, counted
 from vireport.chart.network import FollowedLocus
@@ -353,7 +353,7 @@ def stable_motions(plane: Plane, inputs: tuple[float, float], limits: Limits) ->
         try:
             if line.sweep.unresolved:
                 return None
-            families = atlas(line.sweep, limits, finest=FINE)
+            families = atlas(line.sweep, limits, effort=SearchEffort(FINE))
         except NumericalError:
             return None
         value = line.swept(inputs[k])

@@ -1,6 +1,6 @@
 """Proofs that the ball stays between the membranes: flights in ball arithmetic, halved until every part is settled.
 
-The counterpart of `vireport.motions.admissibility`, which finds the turning points in doubles. Here nothing is found;
+The counterpart of `vireport.motions.turning`, which finds the turning points in doubles. Here nothing is found;
 every time of a flight is covered by parts, and on each part the distance to either wall is proved to be positive, or to
 be zero at one known time only.
 """

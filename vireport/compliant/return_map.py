@@ -446,7 +446,7 @@ def crossing(
             pulls = flight.acceleration(begun.force, gbar), flight.acceleration(now.force, gbar)
             # With r = -1 the velocity after the impact, which flies, is the one before it.
             time_time, time_velocity, velocity_time, velocity_velocity = flight_jacobian(
-                t, leaving, velocity, *pulls, -1
+                t, (leaving, velocity), pulls, -1
             )
             jacobian = [[velocity_velocity, velocity_time / pi], [pi * time_velocity, time_time]]
             return t, velocity, np.array(jacobian)

@@ -16,7 +16,7 @@ from vireport.motions.error_bounds import one_to_one_bounds
 from vireport.motions.one_to_one import Motions
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
-from vireport.physics.energy import Dielectric, Membrane, Voltages, conversion
+from vireport.physics.energy import Dielectric, Membrane, Strikes, Voltages, conversion
 from vireport.physics.numbers import ROUNDED, UNIT, Rounded, infinite_where_undefined
 from vireport.physics.voltage_bounds import voltage_bounds
 
@@ -96,7 +96,8 @@ def _conversion_bounds(
     gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
     speeds = _speeds(around_length(device), design.motions, bounds)
     with np.errstate(all="ignore"):
-        exact = conversion(gains, speeds, membrane, dielectric, design.motions.restitution, device.period_s, ROUNDED)
+        strikes = Strikes(gains, speeds, design.motions.restitution)
+        exact = conversion(strikes, membrane, dielectric, device.period_s, ROUNDED)
         numbers = {name: getattr(exact, name) for name in exact.__struct_fields__}
         return infinite_where_undefined(
             {name: x.error + FACTORS * UNIT * np.abs(x.value) for name, x in numbers.items()}

@@ -31,6 +31,7 @@ from vireport.physics.energy import (
     Fitting,
     Membrane,
     MembraneStretch,
+    Strikes,
     Voltages,
     conversion,
     fitting,
@@ -253,9 +254,8 @@ def solution_of(
         if membrane.dielectric is not None:
             gains, speeds = (volts.bottom_v, volts.top_v), impact_velocities(device, point.parameter, point.motions)
             with np.errstate(all="ignore"):  # beyond the range of doubles there is no number
-                converted = conversion(
-                    gains, speeds, membrane, membrane.dielectric, point.motions.restitution, device.period_s
-                )
+                strikes = Strikes(gains, speeds, point.motions.restitution)
+                converted = conversion(strikes, membrane, membrane.dielectric, device.period_s)
             point = replace(point, conversion_by_motion=converted)
     return Solution(device, membrane, diagram, point)
 

@@ -18,6 +18,7 @@ from vireport.physics.energy import (
     Conversion,
     Dielectric,
     Membrane,
+    Strikes,
     Voltages,
     conversion,
     conversion_of_word,
@@ -94,7 +95,7 @@ def generated(
     if membrane.dielectric is None:
         return volts, None
     gains = volts.bottom_v, volts.top_v
-    return volts, conversion(gains, speeds, membrane, membrane.dielectric, restitution, period_s)
+    return volts, conversion(Strikes(gains, speeds, restitution), membrane, membrane.dielectric, period_s)
 
 
 def impacts_of(volts: Voltages | None, converted: Conversion | None, membrane: Membrane | None) -> Impacts:
@@ -161,7 +162,7 @@ def _followed(speeds: Floats, membrane: Membrane | None, restitution: Floats, pe
     gained = tuple(map(known, gains)), known(gains.mean()), known(deepest), *of_membrane
     if (dielectric := membrane.dielectric) is None:
         return Impacts(*gained)
-    converted = conversion_of_word(gains, speeds, membrane, dielectric, restitution, period_s)
+    converted = conversion_of_word(Strikes(gains, speeds, restitution), membrane, dielectric, period_s)
     power, efficiency, field = map(known, converted)
     return Impacts(*gained, power, efficiency, field, dielectric.breakdown_field_v_m)
 

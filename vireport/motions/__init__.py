@@ -15,8 +15,8 @@ A way through, in the order in which a sweep of 1:1 motions (one impact on each 
 7. `diagram`: the branches numbered, their critical points labelled, Table 1. `diagram.solve` does 2 to 7.
 
 Motions of any word have no closed form: `periodicity` has their conditions and derivatives, `paths` follows them by
-pseudo-arclength from event to event, `switching` steps from a point onto the families that meet there. `atlas` in the
-room of that name joins both kinds.
+pseudo-arclength from event to event, `switching` steps from a point onto the families that meet at it. The package
+`atlas` joins both kinds of families.
 
 Used by all: `stability` (return map, its trace, types), `turning` (turning points of the ball: whether it stays between
 the membranes), `roots` (searches in brackets), `error_bounds` (how far each number may be from the exact one).

@@ -31,18 +31,18 @@ from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, DoubleOps
 from vireport.scenario.parameters import Parameter
 
 FARTHEST_BELOW = -0.5
-"""Restitution below which no part of a level is looked at."""
+"""Restitution below which a part of the level is not followed: motions have 0 and more, and are not near it."""
 
 SERIES = 1e-3
 """|x| below which sin(pi x)/(pi x) is its series: as a quotient it keeps no digits of an imaginary step."""
 
 
 class _Stepped(DoubleOps):
-    """Functions of arrays of doubles with an imaginary step."""
+    """Functions of arrays of doubles with an imaginary step, for derivatives that are exact."""
 
     @staticmethod
     def sinc(x: Any) -> Any:
-        """sin(pi x)/(pi x), with an imaginary step."""
+        """sin(pi x)/(pi x), also exact in the imaginary part."""
         square = (np.pi * x) ** 2
         return np.where(np.abs(x) < SERIES, 1 - square / 6 * (1 - square / 20 * (1 - square / 42)), np.sinc(x))
 
@@ -51,16 +51,18 @@ STEPPED = _Stepped(np)
 
 
 class Passed(Struct, frozen=True):
-    """What the force does from the bottom to the top impact, over its amplitude.
+    """Impulse I and path P of the force over its amplitude, combined for both impacts of a motion.
 
     Attributes
     ----------
-    impulses, difference : array_like
-        Sum of the impulses at both, and that at the top less that at the bottom.
+    impulses : array_like
+        (I_b + I_t)/pi.
+    difference : array_like
+        (I_t - I_b)/pi.
     path : array_like
-        The path at the bottom less that at the top.
+        (P_b - P_t)/pi^2.
     per_u : array_like or None
-        The sum of the impulses over u, where it vanishes with u.
+        `impulses` divided by u, for planes with mirror images, where it vanishes with u.
     """
 
     impulses: Any
@@ -70,7 +72,7 @@ class Passed(Struct, frozen=True):
 
 
 class Bounces(ContourPlane, frozen=True, eq=False):
-    """The plane of q and phase of a sweep over a restitution: how far a place is above the level, and its motion."""
+    """The plane of q and phase for a sweep over a restitution: height above the level, and the motions on it."""
 
     @property
     def order(self) -> int:
@@ -85,39 +87,40 @@ class Bounces(ContourPlane, frozen=True, eq=False):
 
     @property
     def unresolved(self) -> str:
-        """Why its level cannot be followed, where that is so."""
+        """Message for the user of a sweep whose level cannot be followed."""
         return (
             f"the motions along a sweep of {self.level.varied} are not resolved next to where two families meet "
             "(change the length or inclination_deg by a per mille)"
         )
 
     def within(self, u: Any, phi: Any) -> tuple[Any, float]:
-        """The least restitution of places on the level, which is above 0 of motions, and the least that is near them.
+        """The lesser restitution at places on the level, positive for motions, and the value below which none are near.
 
-        Of a nearly horizontal capsule the level of both has a piece on which r is nearly -1, which the one with its
-        motions nearly crosses there.
+        For a nearly horizontal capsule the level of both restitutions has a piece with r near -1, which nearly crosses
+        the piece with the motions: it must be left out before the curve is followed.
         """
         return np.min(np.broadcast_arrays(*by_wall(self.orbits(u, phi).restitution)), axis=0), FARTHEST_BELOW
 
     @property
     def _gravities(self) -> tuple[Any, Any]:
+        """Gravity plus friction in the flight up, g_u, and in the flight down, g_d."""
         gbar = self.level.value
         if self.level.friction is None:
             return gbar, gbar
         return gbar + self.level.friction.constant, gbar - self.level.friction.constant
 
     def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
-        """The height above the level at places of one shape, times powers of the flight times.
-
-        Of a horizontal capsule with mirror images u, whose zeros are the symmetric motions, is divided out, and of one
-        without friction the velocity whose zeros are those with r = -1.
+        """The height above the level at places of one shape.
 
         Notes
         -----
         A place fixes both flights but for the restitutions: with the velocities w before and a after an impact, and
-        the flight times Tu and Td, the motion has r_b = -a_b/w_b and r_t = -a_t/w_t. On the level these are those of
-        the device: of a sweep over one membrane's restitution r of the other, a + r w = 0 there; of one over both,
-        their difference. The height is that condition times Tu Td or its square, in which nothing is divided by.
+        the flight times Tu and Td, the motion has r_b = -a_b/w_b and r_t = -a_t/w_t. In a sweep over the restitution of
+        one membrane, that of the other, r, is the device's: a + r w = 0 at it. In a sweep over both, their difference
+        is. The height is that condition times Tu Td or its square: a polynomial in the velocities, without a pole.
+
+        For a horizontal capsule with mirror images u, whose zeros are the symmetric motions, is divided out and,
+        without friction, the velocity that is zero for r = -1.
         """
         passed = self._passed(u, phi, ops, self.mirrors)
         if self.level.varied is Parameter.RESTITUTION:
@@ -129,7 +132,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         return self.n + 2 * self.n * u, self.n - 2 * self.n * u
 
     def _above_other(self, u: Any, passed: Passed) -> Any:
-        """The height of a sweep over one restitution: (a + r w) Tu Td at the other membrane, whose r is held."""
+        """The height in a sweep over one restitution: (a + r w) Tu Td at the other membrane, whose r is constant."""
         (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
         reach, both = self.level.d + passed.path, up * down
         if self.level.varied is Parameter.RESTITUTION_BOTTOM:
@@ -140,10 +143,12 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         return reach * (bottom * up - down) + both * pulled
 
     def _above_difference(self, u: Any, passed: Passed) -> Any:
-        """The height of a sweep over both restitutions: (a_b w_t - a_t w_b + D w_b w_t) (Tu Td)^2, D = r_b - r_t.
+        """The height in a sweep over both restitutions: (a_b w_t - a_t w_b + D w_b w_t) (Tu Td)^2, D = r_b - r_t.
 
-        With S = a_b + a_t it is S (a_b - a_t + I_t - I_b) + g_u a_b Tu - g_d a_t Td + D w_b w_t: of a nearly horizontal
-        capsule S is as small as u and gbar are, and has its digits.
+        Notes
+        -----
+        With S = a_b + a_t it is S (a_b - a_t + I_t - I_b) + g_u a_b Tu - g_d a_t Td + D w_b w_t. For a nearly
+        horizontal capsule S is as small as u and gbar are: in this form its digits are kept.
         """
         (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
         divided, gbar, period = passed.per_u is not None, self.level.value, 2 * self.n
@@ -173,11 +178,9 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         return above + (bottom - top) * both * before_bottom * before_top
 
     def _passed(self, u: Any, phi: Any, ops: Any, divided: bool = False) -> Passed:
-        """Impulse and path of the force in the flight from bottom to top; `divided` asks for the sum over u as well.
-
-        The phase that passes is a = pi n (1 + 2u), so that sums and differences follow from the half of what u adds,
-        with all digits where u is small.
-        """
+        """Impulse and path of the force at both impacts; with `divided` also the sum of impulses over u."""
+        # The phase that passes is a = pi n (1 + 2u). Sums and differences are formed by half angles of 2 pi n u, with
+        # all digits where u is small.
         impulses = difference = path = per_u = 0
         for harmonic in (SINE, *self.harmonics):
             order, turns = harmonic.order, harmonic.order * self.n
@@ -201,7 +204,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         )
 
     def on_grid(self, u: Any, phi: Any) -> Any:
-        """The height at all pairs of a u and a phase."""
+        """The height above the level at all pairs of a u and a phase, shape (len(u), len(phi))."""
         return np.asarray(self.value(u[:, None], phi[None, :]))
 
     def gradient(self, u: Any, phi: Any) -> tuple[Any, Any, Any]:
@@ -249,14 +252,23 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         )
 
     def _restitution(self, zero: Any, at_bottom: tuple[Any, Any], at_top: tuple[Any, Any]) -> Any:
-        """The restitutions by the velocities after and before either impact, the one that is held exactly."""
+        """The restitutions from the velocities (after, before) at either impact; a constant one is that of the device.
+
+        Parameters
+        ----------
+        zero : array_like
+            Zero in the shape of the motions.
+        at_bottom, at_top : tuple of array_like
+            Velocity just after and just before the impact [y_c].
+        """
         bottom, top = by_wall(self.r)
         with np.errstate(divide="ignore", invalid="ignore"):
             if self.level.varied is Parameter.RESTITUTION_BOTTOM:
                 return Restitutions(-at_bottom[0] / at_bottom[1], zero + top)
             if self.level.varied is Parameter.RESTITUTION_TOP:
                 return Restitutions(zero + bottom, -at_top[0] / at_top[1])
-            # Of both impacts, each by the square of its velocity: either may vanish.
+            # On the level both impacts give the same mean; weighted by the squares of their velocities it is defined
+            # where one of these vanishes.
             part = (bottom - top) / 2
             lost = (at_bottom[0] + part * at_bottom[1]) * at_bottom[1] + (at_top[0] - part * at_top[1]) * at_top[1]
             mean = -lost / (at_bottom[1] * at_bottom[1] + at_top[1] * at_top[1])

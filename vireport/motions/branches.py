@@ -1,7 +1,7 @@
-"""1:1 motions along a sweep: families whose motions are known in closed form, admissible or not.
+"""Branches of 1:1 motions of a sweep: families in closed form, admissible or not.
 
-A piece of the level curve becomes a branch: its motions are evaluated, with those that were solved for in their rows,
-and their exact numbers there. The mirror image of a branch is its reflection.
+A piece of the level curve becomes a branch: its motions are evaluated as rows, and the numbers of those that were
+solved for in decimals are put into their rows. The mirror image of a branch is its reflection.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ BEGINS_AT_SYMMETRY = 1e-12
 """|u| at the end of a piece below which it begins at the symmetric motion; the end is exact but for rounding."""
 
 ENDS = Event.GRAZING, Event.ZERO_VELOCITY, Event.STOP
-"""What motions do not go on beyond, though the closed form does."""
+"""Events beyond which the closed form has solutions but no motions."""
 
 
 class Branch(Struct, frozen=True, eq=False):
-    """A family of 1:1 motions, with what the closed form says of each of them.
+    """A family of 1:1 motions with their numbers in closed form.
 
     Attributes
     ----------
@@ -48,8 +48,8 @@ class Branch(Struct, frozen=True, eq=False):
     mirror_of : int or None
         Number of the branch whose mirror image this is.
     motions : Motions
-        Its rows. On a critical point itself, the type of stability is the less stable side's; where an impact has no
-        velocity, the trace is that just before.
+        Its rows. A critical point has the stability of its less stable side; where an impact has no velocity, the trace
+        is that just before.
     voltages_by_motion : Voltages or None
         None where no energy is evaluated.
     """
@@ -65,12 +65,12 @@ class Branch(Struct, frozen=True, eq=False):
 
     @property
     def number(self) -> int:
-        """Number of the branch, which its family has."""
+        """Number of the branch, from 1."""
         return self.family.number
 
 
 def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]:
-    """The branch that a piece of a level curve is, and its mirror image where this is another; not numbered yet."""
+    """The branch of a piece of a level curve and, if its motions have mirror images, theirs; without numbers."""
     at_events = curve.at(piece.strand, piece.w)
     orbit = _before_rest(curve, piece, at_events)
     points, ends = points_on(curve, piece, at_events), sweep_ends(curve, piece, orbit)
@@ -81,7 +81,7 @@ def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]
     for row, point in points.items():
         if point.rest is None:
             u[row], phi[row] = point.closed.u, point.closed.phi_bottom
-    # Where an asymmetric branch of a horizontal capsule begins at the symmetric motion.
+    # An asymmetric branch of a horizontal capsule begins at a symmetric motion, whose u is zero exactly.
     at_symmetry = [row for row in (0, -1) if piece.mirrored and abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.plane.orbits(u, phi))
@@ -92,8 +92,8 @@ def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]
     branch = Branch(family_of(curve.sweep, motions, marks), symmetry, None, motions)
     if not piece.mirrored:
         return branch, None
-    # The image is reflected, not solved for again; only what was rounded from decimals is put in anew, as a reflection
-    # in doubles would round it a second time.
+    # The image is reflected, not solved for again; only numbers that were rounded from decimals are put in anew, as a
+    # reflection in doubles would round them a second time.
     image = motions.mirrored()
     for row, end in ends.items():
         if end.image_phase is not None:
@@ -105,9 +105,9 @@ def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]
 
 
 def _before_rest(curve: LevelCurve, piece: Piece, orbit: Orbits) -> Orbits:
-    """The motions of a piece; where an impact has no velocity, those just before."""
-    # At the very impact without velocity the trace is infinite and the ball rests at a membrane: the row states what
-    # holds just before, and `_pin` what is exact.
+    """The motions of a piece, with those just before an impact loses its velocity in place of those where it has."""
+    # At an impact of velocity zero the trace is infinite and the ball rests at a membrane: the row has the trace just
+    # before, and `_pin` puts in the exact numbers.
     at_rest = [row for row, at in piece.conditions.items() if at.event is Event.ZERO_VELOCITY]
     if not at_rest:
         return orbit
@@ -117,7 +117,7 @@ def _before_rest(curve: LevelCurve, piece: Piece, orbit: Orbits) -> Orbits:
 
 
 def _pin(motions: Motions, curve: LevelCurve, ends: dict[int, SweepEnd], points: dict[int, Point]) -> None:
-    """Put the exact numbers of solved motions into the rows of a branch.
+    """Put the numbers of motions that were solved for in decimals into their rows, in place.
 
     Where an impact has no velocity, the trace stays that of `INSET` before it.
     """
@@ -142,7 +142,7 @@ def _pin(motions: Motions, curve: LevelCurve, ends: dict[int, SweepEnd], points:
 
 
 def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float) -> None:
-    """Put the restitution at a value of the swept parameter into a row, where the restitution is what is swept."""
+    """Put the restitution at a value of the swept parameter into a row, in place, in a sweep over a restitution."""
     if curve.level.varied is not None:
         exact = curve.level.restitution(curve.plane.r, value)
         for column, constant in zip(by_wall(motions.restitution), by_wall(exact), strict=True):
@@ -150,14 +150,23 @@ def _pin_restitution(motions: Motions, curve: LevelCurve, row: int, value: float
 
 
 def _pin_place(motions: Motions, row: int, closed: OneToOne) -> None:
-    """Put place and velocities of a motion of the closed form into a row."""
+    """Put place and velocities of a motion in closed form into a row, in place."""
     motions.q[row], motions.u[row], motions.phi_bottom[row] = 0.5 + closed.u, closed.u, closed.phi_bottom
     motions.velocity_bottom[row], motions.velocity_top[row] = closed.velocity_bottom, closed.velocity_top
     motions.phi_top[row] = closed.phi_top
 
 
 def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> Iterator[Mark]:
-    """The events on a piece of the curve, in order."""
+    """The events on a piece of the curve, in order.
+
+    Parameters
+    ----------
+    piece : Piece
+    points : dict
+        Its critical points, by rows.
+    at_symmetry : list of int
+        Its ends, 0 or -1, that are at the symmetric motion.
+    """
     last = len(piece.w) - 1
     beginnings = [row % (last + 1) for row in at_symmetry]
     for row, k in enumerate(piece.event):
@@ -169,20 +178,20 @@ def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> It
 
 
 def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
-    """The family that rows of 1:1 motions make, which are connected and in order; its number is 0."""
+    """The family of 1:1 motions that are connected and in order, with the number 0."""
     n = sweep.device.period_ratio
-    # Phases of rows jump by a turn; the curve that is followed goes on in time.
+    # Phases of rows jump by a turn; the times of a family are continuous.
     start = np.unwrap(motions.phi_bottom) / pi
     velocity = np.stack([motions.velocity_bottom, motions.velocity_top], axis=1)
     x = np.column_stack([velocity, start, start + 2 * n * (0.5 + motions.u), sweep.coordinate(motions)])
     trace = np.where((velocity == 0).any(axis=1), np.nan, motions.trace)
     low, high = sweep.coordinate_range
-    curve = Curve.along_sweep(Word((1, -1), n), model_of(sweep, FLOATS), low, high)
+    curve = Curve.over_sweep(Word((1, -1), n), model_of(sweep, FLOATS), low, high)
     return Family(0, sweep, curve, x, trace, motions.sweep_value, motions.admissible_mask, tuple(marks))
 
 
 def admissible_families(branch: Branch) -> Iterator[Family]:
-    """The stretches of a branch that are motions, each as a family without a number."""
+    """The admissible stretches of a branch, as families with the number 0."""
     family, last = branch.family, len(branch.motions) - 1
     ends = {mark.row for mark in family.marks if mark.event in ENDS}
     runs: list[list[int]] = []

@@ -1,4 +1,8 @@
-"""The one equation beyond those of a motion that holds where an event occurs: the table that every room reads."""
+"""The one equation that holds at an event of a motion besides the conditions of the motion itself.
+
+Level curves, paths, loci in two inputs and the solution in decimals all take it from `Condition`: so an event is the
+same for each of them.
+"""
 
 from __future__ import annotations
 
@@ -23,10 +27,10 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 TIME_STEPS = 3
-"""Newton steps to the time at which the ball is slowest: from doubles each doubles the digits."""
+"""Newton steps in decimals to the time at which the ball is slowest, from that in doubles: each doubles the digits."""
 
 Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
-"""(velocities, times and what varies; d, gbar and r there; kind of number) -> what is zero."""
+"""(velocities, times and what varies; groups; functions of the kind of number) -> a number, zero at the event."""
 
 
 class Condition(Struct, frozen=True):
@@ -36,13 +40,13 @@ class Condition(Struct, frozen=True):
     ----------
     event : Event
     rests : tuple of int
-        Impacts without velocity, of which the first is what the event is about where it is grazing or an impact that
-        loses its velocity. What concerns the trace is of the motion without them.
+        Impacts of velocity zero. At a grazing point, or where an impact loses its velocity, the first of them is the
+        one that does. Conditions on the trace are on that of the motion without them.
     sign : int
-        Of the trace, where the type changes between node and focus; of the end of a sweep, 1 for the upper one.
+        Sign of the trace, where the type changes between node and focus; at an end of the sweep, 1 for the upper one.
     held : int or None
-        Without restitution, a ball grazes in the very moment of an impact in which the membrane begins to hold it: this
-        impact.
+        For a ball without restitution, whose touch may be at the very time of an impact: that impact, at which the
+        membrane begins to hold the ball.
     stops : int or None
         The impact that begins the flight in which a ball with friction comes to a stop.
     """
@@ -54,28 +58,29 @@ class Condition(Struct, frozen=True):
     stops: int | None = None
 
     def excess(self, trace: Any, decay: Any) -> Any:
-        """How far a trace is above that at the event; `decay` as in `TRACE_LEVELS`."""
+        """Trace less that at the event; `decay` as in `TRACE_LEVELS`."""
         return trace - self.sign * TRACE_LEVELS[self.event](decay)
 
     def trace(self, excess: Any, decay: Any) -> Any:
-        """The trace that is so far above that at the event."""
+        """The trace with a given `excess`, its inverse."""
         return excess + self.sign * TRACE_LEVELS[self.event](decay)
 
     def value(self, word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
-        """Zero where the condition holds, in any kind of number.
+        """The function of a motion that is zero where the condition holds, in any kind of number.
 
         Parameters
         ----------
         word : Word
         x : sequence
-            The N velocities and N times of the impacts.
+            The N velocities and N times of the impacts [y_c, t_c].
         groups : Groups
         ops
             Functions of the kind of number, see `vireport.physics.numbers`.
 
         Notes
         -----
-        The trace enters times the velocities of all impacts that have one: so it has no pole where one vanishes.
+        The trace is multiplied by the velocities of all impacts that have one, so that it has no pole where one of them
+        vanishes.
         """
         if self.stops is not None:
             return _least_speed(word, x, groups, ops, self.stops)
@@ -95,11 +100,11 @@ class Condition(Struct, frozen=True):
         return weighted_trace(word, x, groups, ops) - level * prod(x[: len(kept)])
 
     def equation(self, word: Word) -> Equation:
-        """The condition for the motions of one word."""
+        """The `value` for the motions of one word, as a further equation for `polish.solve_motion`."""
         return lambda x, groups, ops: self.value(word, x, groups, ops)
 
     def linearised(self, word: Word, x: Floats, groups: Groups[float], gradients: Floats) -> tuple[float, Floats]:
-        """The value and its derivatives by the unknowns, over the length of these.
+        """The value and its gradient by the unknowns, both divided by the length of the gradient.
 
         Parameters
         ----------
@@ -120,30 +125,30 @@ class Condition(Struct, frozen=True):
         values = self.value(word, steps[:unknowns], groups.with_numbers(steps[unknowns:]), ARRAYS)
         slopes = np.imag(values) / IMAGINARY_STEP
         gradient = np.append(slopes[:unknowns], slopes[unknowns:] @ gradients)
-        # The trace times all velocities is of any size: over its gradient it is a distance, as the other conditions
-        # are.
+        # The trace times all velocities may be of any size; divided by its gradient it is a distance, as the other
+        # conditions are, so that one tolerance fits all.
         length = float(np.linalg.norm(gradient)) or 1.0
         return float(np.real(values[0])) / length, gradient / length
 
 
 def held_at_once(time: Floats, groups: Groups[Any]) -> Condition:
-    """The condition that a membrane begins to hold a ball without restitution, at the impact where that is nearest."""
+    """Grazing of a ball without restitution at the time of an impact: the one where acceleration is nearest to zero."""
     pressed = np.abs(groups.pull(groups.wave(np.pi * time, ARRAYS).force))
     return Condition(Event.GRAZING, held=int(np.argmin(pressed)))
 
 
 def stopped(word: Word, x: Sequence[float], groups: Groups[float]) -> Condition:
-    """The condition that a ball with friction comes to a stop in the flight of a motion that is slowest."""
+    """The condition that a ball with friction comes to a stop, in the flight in which it is slowest."""
     count = len(word)
     slow = min(slow_places(word, x[:count], x[count : 2 * count], groups), key=lambda place: place.speed)
     return Condition(Event.STOP, stops=slow.after)
 
 
 def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, after: int) -> Any:
-    """The least speed onward in a flight, in any kind of number.
+    """The least speed onward in the flight that begins with impact `after`, in any kind of number.
 
-    The time is located in doubles. Newton's steps to the zero of Z'' refine it in the kind of number wanted, with its
-    derivatives; by the time itself the speed has none, as it is extremal there.
+    The time is located in doubles and refined in the kind of number by Newton's steps to the zero of Z''. An error of
+    the time enters the speed, which is extremal then, with its square only.
     """
     count, wall = len(word), word.walls[after]
     near = [_double(number) for number in x[: 2 * count]]
@@ -161,5 +166,5 @@ def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, af
 
 
 def _double(number: Any) -> float:
-    """A number of any kind as a double: of an array that is moved by an imaginary step, what it is without."""
+    """A number of any kind as a double; of arrays with imaginary steps, the real part that all entries share."""
     return float(number) if isinstance(number, Decimal) else float(np.real(np.ravel(number)[0]))

@@ -1,4 +1,7 @@
-"""The bifurcation diagram of a sweep: its branches of motions, the critical points that divide them, and Table 1."""
+"""The bifurcation diagram of a sweep: branches of 1:1 motions, the critical points that divide them, and Table 1.
+
+`solve` finds the diagram of a sweep; it is where everything on 1:1 motions of a sweep begins.
+"""
 
 from __future__ import annotations
 
@@ -17,22 +20,23 @@ from vireport.motions.sweep import Sweep
 from vireport.physics.motion import Motion, Symmetry
 
 SAME_POINT = 1e-9
-"""Relative difference of the swept value below which an asymmetric branch begins at a pitchfork."""
+"""Relative difference of the coordinate below which an asymmetric branch begins at a pitchfork."""
 
 SAME_SHARE = 1e-9
-"""Difference from q = 1/2 below which a branch begins at the symmetric motion."""
+"""q - 1/2 down to which a branch counts as one with q > 1/2: it begins at q = 1/2, the symmetric motion."""
 
 
 class BifurcationDiagram(Struct, frozen=True, eq=False):
-    """Every 1:1 motion along a sweep.
+    """Every 1:1 motion of a sweep.
 
     Attributes
     ----------
     curve : LevelCurve
         Of the motions on their surface.
     branches : tuple of Branch
+        Mirror images last.
     critical_points : tuple of Point
-        Ordered by their labels' numbers: along d, along the sweep where d is constant.
+        In the order of the numbers in their labels: by d, or by the swept parameter where d is constant.
     """
 
     curve: LevelCurve
@@ -43,7 +47,7 @@ class BifurcationDiagram(Struct, frozen=True, eq=False):
 
     @property
     def sweep(self) -> Sweep:
-        """The sweep whose motions these are."""
+        """The sweep of the motions."""
         return self.curve.sweep
 
 
@@ -64,7 +68,14 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
 def _numbered(
     curve: LevelCurve, pairs: list[tuple[Branch, Branch | None]]
 ) -> tuple[tuple[Branch, ...], tuple[Point, ...]]:
-    """Number branches and critical points: mirror images last."""
+    """Number the branches, mirror images last, and label the critical points.
+
+    Parameters
+    ----------
+    curve : LevelCurve
+    pairs : list of (Branch, Branch or None)
+        Branches, with their mirror images.
+    """
     pairs = sorted(pairs, key=lambda pair: _order(pair[0]))
     critical = [
         replace(mark.point, families=(number,))
@@ -75,7 +86,8 @@ def _numbered(
     # Labels follow d, so that they stay the same whichever way the sweep goes.
     labels, order = _labels(curve, critical)
     points = [replace(critical[k], label=labels[k]) for k in order]
-    critical_points = {point.motion: point for point in points}  # by what numbering leaves the same object
+    # By the motion, which is the same object in a point before and after it is labelled.
+    critical_points = {point.motion: point for point in points}
     images = [(image, number) for number, (_, image) in enumerate(pairs, 1) if image is not None]
     branches = []
     for number, (branch, mirror_of) in enumerate([*((branch, None) for branch, _ in pairs), *images], 1):
@@ -86,9 +98,10 @@ def _numbered(
 
 
 def _labelled(mark: Mark, branch: Branch, critical_points: dict[Motion, Point]) -> Mark:
-    """A mark with the critical point that its point is; an asymmetric branch begins at one of the symmetric one."""
+    """A mark of a branch with its labelled critical point in place of the one without a label."""
     if mark.point is not None:
         return replace(mark, point=critical_points.get(mark.point.motion, mark.point))
+    # An asymmetric branch begins at a pitchfork of the symmetric one, whose point is the only one that was solved for.
     if mark.event is Event.PITCHFORK:
         return replace(
             mark, point=next((point for point in critical_points.values() if _meets(point, branch, mark.row)), None)
@@ -97,12 +110,16 @@ def _labelled(mark: Mark, branch: Branch, critical_points: dict[Motion, Point]) 
 
 
 def _order(branch: Branch) -> tuple[bool, bool]:
-    """Symmetric branches first, then those with q > 1/2."""
+    """Key by which branches are ordered: symmetric ones first, then those with q > 1/2."""
     return branch.symmetry is Symmetry.ASYMMETRIC, float(branch.motions.q.min()) < 0.5 - SAME_SHARE
 
 
 def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], list[int]]:
-    """Letters and numbers along d (along the sweep where d is constant), and the order they are numbered in."""
+    """The labels of critical points by their place in the list, and the places in the order of the numbers.
+
+    A label is the letter of the event and a number that ascends with d, or with the swept parameter where d is
+    constant.
+    """
     constant = curve.level.holds_d
     order = sorted(range(len(critical)), key=lambda k: (0.0 if constant else critical[k].d, critical[k].sweep_value))
     counts: dict[str, int] = {}
@@ -115,30 +132,30 @@ def _labels(curve: LevelCurve, critical: list[Point]) -> tuple[dict[int, str], l
 
 
 def _meets(point: Point, branch: Branch, row: int) -> bool:
-    """Whether a critical point is the pitchfork at which an asymmetric branch begins."""
+    """Whether a critical point is the pitchfork at which a row of an asymmetric branch is."""
     coordinate = point.motion.coordinate
     apart = abs(coordinate - float(branch.family.x[row, -1]))
     return point.event is Event.PITCHFORK and apart <= SAME_POINT * coordinate
 
 
 def _near_admissible(branch: Branch, row: int) -> bool:
-    """Whether a motion or a neighbour is admissible; inside an inadmissible stretch nothing is a critical point."""
+    """Whether the motion of a row or a neighbour is admissible: other events are of solutions that are no motions."""
     return bool(branch.motions.admissible_mask[max(row - 1, 0) : row + 2].any())
 
 
 class TableRow(Struct, frozen=True, eq=False):
-    """One row of Table 1: an interval of a branch with one type of motion.
+    """A row of Table 1: an interval of a branch with one type of motion.
 
     Attributes
     ----------
     symmetry : Symmetry
     branch : int
-        Number of the branch; mirror images share the row of the first.
+        Number of the branch; a mirror image has no row besides.
     start_point, end_point : Point or None
-        At the ends of the interval; None where it is the sweep or the branch that ends.
+        Critical points at the ends of the interval; None where the sweep or the branch ends.
     stability : Stability
     d_start, d_end : float
-        The interval in d, ascending (at constant d, ordered along the sweep).
+        The interval in d, ascending (where d is constant, in the order of the swept parameter).
     sweep_start, sweep_end : float
         The swept parameter at the same two ends.
     first_row, last_row : int
@@ -176,6 +193,7 @@ def table(diagram: BifurcationDiagram) -> tuple[TableRow, ...]:
 
 
 def _table_rows(branch: Branch, constant_d: bool) -> list[TableRow]:
+    """Rows of Table 1 for the admissible motions of a branch, ascending in d, or in the swept parameter."""
     motions, points = branch.motions, branch.family.critical_points
     key = motions.sweep_value if constant_d else motions.d
     rows = []

@@ -1,7 +1,7 @@
-"""How wrong the numbers of motions are: a bound for each, from the rounding of its formula and the conditioning.
+"""Error bounds for every number of a motion, from the rounding of its formula and the conditioning.
 
 A motion that was computed stands for an exact one of the scenario nearby: every number of it differs from that motion's
-by at most its bound. What was computed satisfies the conditions f(x) = 0 up to a residual. By the theorem of Newton and
+by at most its bound. A computed motion satisfies the conditions f(x) = 0 up to a residual. By the theorem of Newton and
 Kantorovich there is an exact motion within twice the least change that makes up for the residual and for the rounding
 of the residual, where the conditions bend little over that distance. The conditions are evaluated in numbers
 that carry their error (`Rounded`), and the least change is that of their linearisation:
@@ -52,13 +52,13 @@ PHASE_ROUNDINGS = 3 * np.pi
 """Roundings of a phase from a time [rad per t_c]: of the product with pi, of pi, and of the remainder."""
 
 PARTS = 4 * UNIT
-"""Rounding of the parts of a harmonic, over its share of the force."""
+"""Rounding of the cosine and sine coefficient of a harmonic, over its share of the force."""
 
 STEP = 1e-3
 """Step of the gradient's difference in q, as a share of the scale (1-r)/(1+r) on which the coefficients vary."""
 
 NO_BOUND = "diverges, or loses all its digits, where an impact has no velocity or two branches meet"
-"""Why there is no bound."""
+"""Reason for a bound that is missing in the results."""
 
 
 def one_to_one_bounds(sweep: Sweep, motions: Motions, solved: tuple[Floats, Floats] | None) -> dict[str, Floats]:
@@ -67,11 +67,11 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, solved: tuple[Floats, Floa
     Parameters
     ----------
     sweep : Sweep
-        That the motions lie on.
+        Of the motions.
     motions : Motions
     solved : tuple of ndarray or None
-        Errors of q - 1/2 and of the phase, where the motions are those at exact values of both groups rather than
-        somewhere on the sweep.
+        Errors of q - 1/2 and of the phase [rad] of motions that were solved for at exact values of both groups; None
+        for motions of which only the sweep's level is exact.
 
     Returns
     -------
@@ -89,7 +89,8 @@ def one_to_one_bounds(sweep: Sweep, motions: Motions, solved: tuple[Floats, Floa
 
 
 def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] | None) -> dict[str, Floats]:
-    r, n, held = _known_restitution(m.restitution), sweep.device.period_ratio, sweep.level.held
+    """The bounds of `one_to_one_bounds`, NaN or infinite where there are none."""
+    r, n, held = _enclosed_restitution(m.restitution), sweep.device.period_ratio, sweep.level.held
     delta_u, delta_phi = _place_bounds(sweep, m) if solved is None else solved
     # Half a spacing is the rounding of a motion that was solved for beyond doubles, as at the ends of a sweep.
     delta_u, delta_phi = (np.maximum(a, np.spacing(np.abs(x))) for a, x in ((delta_u, m.u), (delta_phi, m.phi_bottom)))
@@ -106,7 +107,8 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] |
     gbar = GROUP_ERROR * m.gbar if solved is not None or holds_gbar else _from(orbit.gbar, m.gbar)
     velocity_bottom = _from(orbit.velocity_bottom, m.velocity_bottom)
     velocity_top = _from(orbit.velocity_top, m.velocity_top)
-    # A turning point moves with the start of its flight: with the velocity, the phase and the acceleration there.
+    # The gap has no closed form: its error is bounded by how far a turning point moves with the start of its flight,
+    # with the velocity, the phase and the acceleration there over at most a period.
     period = 2 * n
     most = np.maximum(*by_wall(m.restitution))
     speed = most * np.maximum(m.velocity_bottom, -m.velocity_top)
@@ -139,7 +141,7 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] |
 
 
 def _determinant_bounds(level: Level, r: Any, m: Motions) -> Floats:
-    """Bound of the determinant: of its rounding, and of the error of restitutions that are not the scenario's."""
+    """Bounds of det DP: its rounding and, where r is not exactly that of the scenario, the error of r."""
     rounding = 4 * UNIT * m.determinant
     # A fourth power underflows where the restitution itself is far from it.
     lost = np.where((m.determinant < np.finfo(float).tiny) & (np.asarray(m.decay) > 0), UNDERFLOW, 0.0)
@@ -151,25 +153,25 @@ def _determinant_bounds(level: Level, r: Any, m: Motions) -> Floats:
 
 
 def _from(exact: Rounded, stored: Floats) -> Floats:
-    """Bound of a stored number: the error of its recomputation, and how far the two are apart."""
+    """Bounds of stored numbers: the errors of their recomputation plus the differences from it."""
     return np.asarray(exact.error + np.abs(exact.value - stored))
 
 
 def _unless_lost(bound: Floats, stored: Floats) -> Floats:
-    """No bound where it would be larger than a number that diverges there."""
+    """Bounds, infinite where they exceed the number itself (or 1): it has no digit, as next to its pole."""
     return np.where(bound > np.maximum(np.abs(stored), 1.0), np.inf, bound)
 
 
-def _known_restitution(restitution: Any) -> Any:
-    """Restitutions with their errors: none of the scenario's, rounding where a law gives each motion another."""
+def _enclosed_restitution(restitution: Any) -> Any:
+    """Restitutions with their errors: none for those of the scenario, a rounding for those that follow from a law."""
     if not isinstance(restitution, Restitutions) or type(restitution.slope) is int:
         return map_restitution(restitution, Rounded)
     bottom, top, slope = (Rounded(r, UNIT * r) for r in (restitution.bottom, restitution.top, restitution.slope))
     return Restitutions(bottom, top, slope)
 
 
-def _harmonics(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
-    """Harmonics with the errors of their parts."""
+def _enclosed_harmonics(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
+    """Harmonics with the errors of their coefficients."""
     return tuple(
         Harmonic(
             harmonic.order,
@@ -181,15 +183,15 @@ def _harmonics(harmonics: Sequence[Harmonic]) -> tuple[Harmonic, ...]:
 
 
 def _strength(harmonics: Sequence[Harmonic]) -> float:
-    """The largest rate of a force, over that of a sine, at most."""
+    """An upper bound of the rate of the force over that of a sine."""
     return 1 + sum(harmonic.order * harmonic.share for harmonic in harmonics)
 
 
 def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
-    """How far, in q and in phase, the exact motion of the level is from each 1:1 motion."""
+    """Bounds of the distances in q and in phase from 1:1 motions to exact motions on the level."""
     plane, u, phi = plane_of(sweep), m.u, m.phi_bottom
     if plane.level.varied is None:
-        plane = replace(plane, r=m.restitution)  # where it falls with speed, one for each motion
+        plane = replace(plane, r=m.restitution)  # differs from motion to motion where it falls with speed
     most = max(by_wall(plane.r))
     slope_u, slope_phi = plane.slopes(u, phi, STEP * (1 - most) / (1 + most))
     residual = _enclosed(plane).value(Rounded(u), Rounded(phi), ROUNDED)
@@ -202,51 +204,51 @@ def _place_bounds(sweep: Sweep, m: Motions) -> tuple[Floats, Floats]:
 
 
 def _enclosed(plane: SweptPlane) -> SweptPlane:
-    """A plane in numbers that carry the errors of the groups and of the parts of harmonics."""
-    level, r, harmonics = _enclosed_level(plane.level), map_restitution(plane.r, Rounded), _harmonics(plane.harmonics)
-    return replace(plane, level=level, r=r, harmonics=harmonics)
+    """A plane in numbers that carry the errors of the groups and of the coefficients of harmonics."""
+    level, harmonics = _enclosed_level(plane.level), _enclosed_harmonics(plane.harmonics)
+    return replace(plane, level=level, r=map_restitution(plane.r, Rounded), harmonics=harmonics)
 
 
 def _enclosed_level(level: Level) -> Level:
-    """A level with the errors of the groups that it holds; a horizontal one is exact."""
+    """A level with the errors of the groups that it holds; gbar = 0 is exact."""
     friction = None if level.friction is None else level.friction.map_numbers(_of_groups)
     value = level.value if level.horizontal else _of_groups(level.value)
     return replace(level, value=value, friction=friction, d=None if level.d is None else _of_groups(level.d))
 
 
 def _of_groups(value: Any) -> Rounded:
-    """What a sweep holds, a group or the quotient of both, with its error: that of both groups."""
+    """A group, or the quotient of both groups, with the error of both."""
     return Rounded(value, 2 * GROUP_ERROR * abs(value))
 
 
 def _largest(residual: Rounded) -> Floats:
-    """The largest size that a residual can have."""
+    """Largest sizes of residuals within their errors."""
     return np.asarray(np.abs(residual.value) + residual.error)
 
 
 def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
-    """Bound the distance of motions of any word to an exact one next to them.
+    """Bound the distance from motions of any word to exact ones next to them.
 
     Parameters
     ----------
     curve : Curve
+        Of the motions.
     model : Model
-        Of the sweep that it is of.
+        Of its sweep.
     x : ndarray (n, 2N + 1)
-        Velocities, times and coordinate of each motion.
+        Velocities [y_c], times [t_c] and coordinate of each motion.
 
     Returns
     -------
     ndarray (n, 2N + 1)
-        For each of these; infinite where families cross. The exact motion belongs to the numbers that the scenario
-        states.
+        Bounds for all these numbers, to a motion of the scenario as stated; infinite where families cross.
     """
     word = curve.word
     enclosed = replace(
         model,
         level=_enclosed_level(model.level),
         r=map_restitution(model.r, Rounded),
-        harmonics=_harmonics(model.harmonics),
+        harmonics=_enclosed_harmonics(model.harmonics),
     )
     conditions = residuals(word, [Rounded(column) for column in x.T], enclosed, ROUNDED)
     _, gbar, *_ = model.groups(np.abs(x[:, -1]))
@@ -258,7 +260,23 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
 
 
 def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: Any, strength: float) -> Floats:
-    """Bound the distance to an exact motion, by the derivatives of the conditions and by what is left of them."""
+    """Bound the distance to exact motions, by the derivatives and the residuals of the conditions.
+
+    Parameters
+    ----------
+    word : Word
+    matrices : ndarray (n, 2N, m)
+        Derivatives of the conditions by the unknowns of each motion.
+    conditions : list of Rounded
+        The 2N residuals, arrays over the motions.
+    gbar : array_like
+    strength : float
+        See `_strength`.
+
+    Returns
+    -------
+    ndarray (n, m)
+    """
     most = np.stack([_largest(residual) for residual in conditions], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         u, sizes, v = np.linalg.svd(matrices, full_matrices=False)
@@ -274,29 +292,29 @@ def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: An
 
 
 class _Fixed(Struct, frozen=True):
-    """A device of which nothing varies."""
+    """The groups of a device of which nothing varies, as a `Grouped`."""
 
     groups: Groups[Any]
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups, which no number changes."""
+        """The groups, whatever `varied`."""
         return self.groups
 
 
 def point_bounds(curve: Curve, x: Floats) -> tuple[Floats, Floats]:
-    """Bound the errors of a motion of any word at a design point, all of whose inputs the scenario states.
+    """Bound the errors of a motion of any word at a design point, for which the scenario states all inputs.
 
     Parameters
     ----------
     curve : Curve
-        That it lies on.
+        A path that the motion lies on.
     x : ndarray (2N + 1,)
-        Its velocities, times and position.
+        Its velocities [y_c], times [t_c] and coordinate.
 
     Returns
     -------
     velocity, time : ndarray (N,)
-        Of the impacts [y_c, t_c]; infinite where motions meet.
+        Bounds for its impacts [y_c, t_c]; infinite where motions meet.
     """
     groups = curve.model.at((float(x[-1]),))
     enclosed = _Fixed(groups.map_numbers(lambda number: Rounded(number, GROUP_ERROR * abs(number))))
@@ -308,7 +326,7 @@ def point_bounds(curve: Curve, x: Floats) -> tuple[Floats, Floats]:
 
 
 def family_bounds(sweep: Sweep, model: Model, x: Floats, distance: Floats, sweep_value: Floats) -> dict[str, Floats]:
-    """Bound the errors of what is stated of a family's motions.
+    """Bound the errors of swept value, velocities and phases of a family's motions.
 
     Parameters
     ----------
@@ -339,13 +357,13 @@ def family_bounds(sweep: Sweep, model: Model, x: Floats, distance: Floats, sweep
 
 
 def sweep_value_bounds(sweep: Sweep, stored: Floats, group: Rounded) -> Floats:
-    """Bound the error of the swept value of motions, from that of the coordinate that orders the sweep.
+    """Bound the error of the swept value of motions, from that of their coordinate.
 
     Parameters
     ----------
     sweep : Sweep
     stored : ndarray
-        Its values as they are stated in the results.
+        The swept values as in the results.
     group : Rounded
         The coordinate of the motions: d, gbar or a restitution.
     """
@@ -362,12 +380,12 @@ def sweep_value_bounds(sweep: Sweep, stored: Floats, group: Rounded) -> Floats:
 
 
 def undecided(motions: Motions, bounds: dict[str, Floats]) -> NDArray[np.bool_]:
-    """Whether rounding leaves it open if the ball stays between the membranes: a gap of at most its bound."""
+    """Whether rounding leaves it undecided that the ball stays between the membranes: |gap| is at most its bound."""
     return np.asarray(np.abs(motions.wall_gap) <= bounds["wall_gap"])
 
 
 def rounded_up(bounds: Floats) -> list[list[float | None]]:
-    """Rows of bounds as they are written: rounded up to two digits, None where there is none."""
+    """Rows of bounds for results.json: rounded up to two digits, None for an infinite one."""
     usable = np.isfinite(bounds) & (bounds > 0)
     safe = np.where(usable, bounds, 1.0)
     power = 1 - np.floor(np.log10(safe))

@@ -1,4 +1,4 @@
-"""What can happen to a motion when an input of the device varies, and the trace at which it happens."""
+"""Events of motions when an input of the device varies, and the trace of the return map at which they occur."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class Event(StrEnum):
-    """What happens at a motion of a family, or at a point of a locus.
+    """An event at a motion of a family, or at a point of a locus.
 
     The values are those of results.json. A family ends at `GRAZING`, `STOP`, `ZERO_VELOCITY`, `SWEEP_END`, `CLOSED`
     and `LOST`, `STOP` being where a ball with friction comes to a stop between two impacts; at a period doubling or

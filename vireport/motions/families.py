@@ -1,4 +1,7 @@
-"""Families of motions and the points where they meet: the edges and the vertices of an atlas."""
+"""Families of motions of any word, and the atlas of a sweep: families are its edges, points where they meet vertices.
+
+A 1:1 branch in closed form and a family that was followed by steps are the same record, `Family`.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ from vireport.text.formatting import span
 Floats = NDArray[np.float64]
 
 ROUNDING = 1e-9
-"""Share of the sweep up to which a value beyond the end of a family is that end."""
+"""Share of the sweep up to which a value beyond the end of a family counts as that end."""
 
 MOST_SHOWN = 150
 """Families that a page shows: as rows some three pages, as curves as many as the eye can separate. With a restitution
@@ -37,7 +40,7 @@ near 1 there are over a thousand, which took ten times as long to draw and to se
 
 
 class Mark(Struct, frozen=True, eq=False):
-    """What happens at a row of a family, and the motion there where it is singled out."""
+    """An event at a row of a family, with its point if it has been solved for."""
 
     row: int
     event: Event
@@ -47,7 +50,7 @@ class Mark(Struct, frozen=True, eq=False):
 
 
 class Segment(Struct, frozen=True):
-    """Rows `first` to `last` (inclusive) of a family, between which nothing happens."""
+    """Rows `first` to `last` (inclusive) of a family, with no event between them."""
 
     first: int
     last: int
@@ -56,7 +59,7 @@ class Segment(Struct, frozen=True):
 
     @property
     def stable(self) -> bool:
-        """Whether this stretch attracts motions nearby and is a motion at all."""
+        """Whether its solutions are motions and attract others nearby."""
         return self.admissible and self.stability.attracts
 
 
@@ -66,19 +69,20 @@ class Family(Struct, frozen=True, eq=False, dict=True):
     Attributes
     ----------
     number : int
-        From 1.
+        From 1; 0 before it is numbered.
     sweep : Sweep
     curve : Curve
+        The motions of its word over the sweep.
     x : ndarray (n, 2N + 1)
-        Velocities, times and coordinate of each motion.
+        Velocities [y_c], times [t_c] and coordinate of each motion.
     trace : ndarray (n,)
-        Trace of the product of the flights' Jacobians; nan where a velocity is zero.
+        Trace of the return map; nan where a velocity is zero.
     sweep_value : ndarray (n,)
         The swept parameter, in its unit.
     admissible_mask : ndarray (n,)
-        Whether the ball stays between the membranes: a closed form has solutions of which some are no motions.
+        Whether the ball stays between the membranes: some solutions of a closed form are no motions.
     marks : tuple of Mark
-        In order.
+        Events, in order; the first and the last end the family.
     """
 
     number: int
@@ -95,7 +99,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def shown(self) -> str:
-        """Its word, how many motions it has, and its range and where in it they are stable, as text."""
+        """A line of text: word, number of motions, range of the swept parameter and where in it they are stable."""
         swept = self.sweep.parameter
         low, high = float(self.sweep_value.min()), float(self.sweep_value.max())
         stable = "; ".join(span(*part) for part in self.stable_ranges)
@@ -113,7 +117,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         return model_of(self.sweep, FLOATS)
 
     def stability(self, trace: float, coordinate: float) -> Stability:
-        """Type of a motion with this trace, at a value of the coordinate."""
+        """Type of a motion with a trace, at a value of the coordinate."""
         return STABILITIES[int(classify(trace, self.model.decay(self.word.walls, coordinate)))]
 
     @property
@@ -123,7 +127,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def ends(self) -> tuple[Mark, Mark]:
-        """What it begins and ends with; twice the same on a closed curve."""
+        """The events at which it begins and ends; the same one twice for a closed curve."""
         first, last = self.marks[0], self.marks[-1]
         return last if first.row else first, last
 
@@ -149,7 +153,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def critical_points(self) -> dict[int, Point]:
-        """The points on it that have a label, by their rows."""
+        """The labelled points on it, by their rows."""
         return {mark.row: mark.point for mark in self.marks if mark.point is not None and mark.point.label}
 
     @cached_property
@@ -159,8 +163,9 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         return tuple(self._segment(first, last) for first, last in pairwise(rows))
 
     def _segment(self, first: int, last: int) -> Segment:
-        """A stretch between two rows: it is what a motion in its middle is, solved for where no row is."""
-        # At its ends something happens: only a motion between them has the type of the stretch.
+        """The stretch between two rows, with the type and admissibility of a motion in its middle."""
+        # Events are at its ends: only a motion between them has the type of the stretch. If no row is between them, it
+        # is solved for.
         inner, ends = (first + last) // 2, [first, last]
         if inner != first:
             stability = self.stability(float(self.trace[inner]), float(self.x[inner, -1]))
@@ -199,11 +204,12 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def settable(self) -> bool:
-        """Whether it has stable motions over a range that a device can be set to."""
+        """Whether it has stable motions over a range wide enough for a device to be set into it."""
         return any(settable(*part, self.sweep.off) for part in self.stable_ranges)
 
     def settable_at(self, value: float) -> bool:
-        """Whether such a range holds a value of the swept parameter; where samples miss it, nothing says that not."""
+        """Whether a stable range around a value of the swept parameter is wide enough; True if none is around it."""
+        # A value may lie just outside the samples of a stable range: that is no reason to leave a motion out.
         around = [part for part in self.stable_ranges if part[0] <= value <= part[1]]
         return not around or any(settable(*part, self.sweep.off) for part in around)
 
@@ -219,11 +225,11 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def error_bound(self) -> Floats:
-        """How far an exact motion of the family is from each at most, in `x`; inf where there is no bound.
+        """Bounds of the distance from each row of `x` to an exact motion, (n, 2N + 1); inf where there is none.
 
-        Where families cross it is the point where they do, which was solved for in decimals.
+        Where families cross, the exact motion is the point that was solved for in decimals.
         """
-        # Where families cross the derivatives are singular, and Kantorovich's theorem gives no distance there.
+        # Where families cross the derivatives are singular, and Kantorovich's theorem gives no distance.
         bounds = distance_bounds(self.curve, self.model, self.x)
         for row, point in ((mark.row, mark.point) for mark in self.marks if mark.point is not None):
             laps, others = divmod(len(self.word), len(point.motion.word))
@@ -235,11 +241,11 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def error_bounds(self) -> dict[str, Floats]:
-        """Error bounds of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]; inf where there is none."""
+        """Error bounds of `sweep_value` [its unit], `velocity` [y_c] and `phase` [rad]; inf for none."""
         return family_bounds(self.sweep, self.model, self.x, self.error_bound, self.sweep_value)
 
     def at(self, coordinate: float) -> list[Motion]:
-        """Its motions at a value of the coordinate that orders the sweep."""
+        """Solve for its motions at a value of the coordinate."""
         # A family may turn back in the swept parameter and pass a value several times: each crossing is one motion.
         c, motions = self.x[:, -1], []
         nearest = float(np.clip(coordinate, c.min(), c.max()))
@@ -255,7 +261,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
 
 class Claim(StrEnum):
-    """Whether the families of one word are complete, and on what evidence."""
+    """Evidence for the completeness of the families of one word."""
 
     COMPLETE = "complete"
     """None is missing but those nearer to a listed one than the resolution, and in undecided flight times."""
@@ -266,16 +272,16 @@ class Claim(StrEnum):
 
 
 class Completeness(Struct, frozen=True):
-    """How complete the families of a word are.
+    """Completeness of the families of one word.
 
     Attributes
     ----------
     word : str
     claim : Claim
     resolution : float or None
-        Distance in flight times, as a share of a forcing period.
+        Distance in flight times, in forcing periods.
     undecided : float or None
-        Share of all flight times that is not decided, the largest over the numbers of forcing periods.
+        Share of all flight times for which the search is undecided, the largest over the numbers of forcing periods.
     """
 
     word: str
@@ -294,12 +300,12 @@ class Atlas(Struct, frozen=True, eq=False):
     families : tuple of Family
         By number of impacts, word, periods and range.
     vertices : tuple of Point
-        Along the sweep.
+        In the order of the sweep.
     completeness : tuple of Completeness
         Of each word that is looked for; all others are `Claim.FOLLOWED`.
     followed : int
-        Impacts up to which every family that joins another is followed: those of `limits`, or less where there are too
-        many.
+        Impacts up to which every family that joins another is followed: those of `limits`, or fewer if the families are
+        too many.
     """
 
     sweep: Sweep
@@ -313,9 +319,9 @@ class Atlas(Struct, frozen=True, eq=False):
 
     @property
     def shown(self) -> tuple[Family, ...]:
-        """The families that pages show, in their order: at most `MOST_SHOWN`.
+        """The families on pages, at most `MOST_SHOWN`, in order of their numbers.
 
-        First come those with stable motions that a device can be set to, then those of the shortest words.
+        Chosen first are those with stable motions that a device can be set to, then those of the shortest words.
         """
         first = sorted(self.families, key=lambda family: not family.settable)
         return tuple(sorted(first[:MOST_SHOWN], key=lambda family: family.number))
@@ -326,9 +332,9 @@ class Atlas(Struct, frozen=True, eq=False):
         return [(family, motion) for family in self.families for motion in family.at(coordinate)]
 
     def named(self, name: str) -> tuple[float, Motion] | None:
-        """The motion of a vertex by its label, or of a word, with the value of the swept parameter.
+        """The swept value and motion of a vertex, by its label, or of a word; None if there is none.
 
-        Of a word it is the one in the middle of its widest stable stretch, or where none is stable of its widest
+        For a word it is the motion in the middle of its widest stable stretch or, if none is stable, of its widest
         family.
         """
         for vertex in self.vertices:
@@ -346,7 +352,7 @@ class Atlas(Struct, frozen=True, eq=False):
         return float(family.sweep_value[row]), family.curve.motion(family.x[row])
 
     def doubled(self, periods: int) -> list[Family]:
-        """The families that come of the 1:1 motions in some forcing periods by period doublings, one after another."""
+        """The families of a cascade of period doublings from the 1:1 motions in some forcing periods, in its order."""
         cascade = [family for family in self.families if family.word == Word((1, -1), periods)]
         count = len(cascade)
         for parent in cascade:  # the list grows on the way by the families that come of its members

@@ -1,4 +1,4 @@
-"""What the impacts of a family generate, each, on average, and in a second."""
+"""Voltage that the impacts of a family generate: of single impacts, their mean, and their sum over a second."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Generation(Struct, frozen=True, eq=False):
 def generation(family: Family, membrane: Membrane) -> Generation:
     """Evaluate Eqs. (5.1)-(5.5) for the motions of a family."""
     sweep = family.sweep
-    # In a sweep of the force or frequency the unit of velocity changes from motion to motion.
+    # In a sweep over force or frequency the unit of velocity changes from motion to motion.
     unit = np.broadcast_to(sweep.device.velocity_unit(sweep.parameter, family.sweep_value), len(family.sweep_value))
     impacts = generated_voltage(unit[:, None] * family.velocity, membrane)
     return Generation(impacts, impacts.mean(axis=1), impact_rate(family))
@@ -60,19 +60,19 @@ def impact_rate(family: Family) -> Floats:
 
 
 class Rung(Struct, frozen=True):
-    """What the stable motions of one sequence of impacts generate at most.
+    """Largest voltages of the stable motions of one word over a sweep.
 
     Attributes
     ----------
     word : Word
     ranges : tuple of (float, float)
-        Of the swept parameter, over which they are stable, family by family.
+        Ranges of the swept parameter over which they are stable, ascending.
     average_v, average_at : float
-        Largest mean voltage of the impacts [V], nan without a membrane; and where it is.
+        Largest mean voltage of the impacts [V], nan without a membrane; the value of the swept parameter for it.
     per_second_v, per_second_at : float
-        Largest sum over the impacts of a second [V/s], nan without a membrane; and where it is.
+        Largest sum over the impacts of a second [V/s], nan without a membrane; the value of the swept parameter for it.
     impacts_per_s : (float, float)
-        Least and largest [1/s].
+        Least and largest number of impacts in a second [1/s].
     """
 
     word: Word
@@ -85,7 +85,7 @@ class Rung(Struct, frozen=True):
 
 
 def ladder(families: Iterable[Family], membrane: Membrane | None) -> tuple[Rung, ...]:
-    """The sequences that have stable motions: what generates most per second first, or has the most impacts."""
+    """The words that have stable motions, by voltage per second, the largest first; by impacts without a membrane."""
     stable = [family for family in families if family.stable_runs]
     words = dict.fromkeys(family.word for family in stable)
     rungs = (_rung([family for family in stable if family.word == word], membrane) for word in words)
@@ -94,10 +94,9 @@ def ladder(families: Iterable[Family], membrane: Membrane | None) -> tuple[Rung,
 
 
 def _rung(families: list[Family], membrane: Membrane | None) -> Rung:
-    value, rate = (
-        np.concatenate([values(family)[family.stable_mask] for family in families])
-        for values in (lambda family: family.sweep_value, impact_rate)
-    )
+    """Largest voltages of the stable motions of families of one word."""
+    value = np.concatenate([family.sweep_value[family.stable_mask] for family in families])
+    rate = np.concatenate([impact_rate(family)[family.stable_mask] for family in families])
     average = np.full(len(value), nan)
     if membrane is not None:
         average = np.concatenate([generation(family, membrane).average_v[family.stable_mask] for family in families])

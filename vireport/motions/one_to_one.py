@@ -1,4 +1,4 @@
-"""Motions as rows of results: the numbers of each, dimensionless and in the swept unit."""
+"""1:1 motions as rows of numbers: phases, velocities, stability and gap, and the value of the swept parameter."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Motions(Struct, frozen=True, eq=False):
     q : ndarray
         Share of the period that the ball takes from the bottom to the top.
     u : ndarray
-        q - 1/2, with the digits that q has no room for.
+        q - 1/2, to full relative accuracy, which q has not where u is small.
     phi_bottom, phi_top : ndarray
         Forcing phase at the impacts [rad], in [0, 2 pi).
     velocity_bottom, velocity_top : ndarray
@@ -122,7 +122,7 @@ class Motions(Struct, frozen=True, eq=False):
         )
 
     def motion(self, row: int, n: int) -> Motion:
-        """One of them, in n forcing periods, by its impacts; what varies is the swept value."""
+        """The motion of a row, which takes n forcing periods, by its impacts; its coordinate is the swept value."""
         start, up = self.phi_bottom[row] / pi, 2 * n * (0.5 + self.u[row])
         velocity = np.array([self.velocity_bottom[row], self.velocity_top[row]])
         return Motion(Word((1, -1), n), velocity, np.array([start, start + up]), float(self.sweep_value[row]))
@@ -139,20 +139,28 @@ class Motions(Struct, frozen=True, eq=False):
 
     @property
     def shown_row(self) -> int | None:
-        """Row of the motion that is shown of several: the first stable one, else the first admissible one; or None."""
+        """Row of the first stable motion, else of the first admissible one; None if none is admissible."""
         if not self.admissible_mask.any():
             return None
         return int(np.argmax(self.admissible_mask * (1 + self.stable_mask)))
 
 
 def impact_velocities(device: Device, parameter: Parameter, motions: Motions) -> tuple[Floats, Floats]:
-    """Relative velocities at the bottom and at the top impact [m/s], where `parameter` has the motions' sweep value."""
+    """Relative velocities at the bottom and at the top impact [m/s].
+
+    Parameters
+    ----------
+    device : Device
+    parameter : Parameter
+        The swept one, which `motions.sweep_value` is of.
+    motions : Motions
+    """
     unit = np.asarray(device.velocity_unit(parameter, motions.sweep_value))
     return unit * motions.velocity_bottom, unit * motions.velocity_top
 
 
 class BallPath(Struct, frozen=True, eq=False):
-    """Where ball and capsule are over one period of a motion, as arrays of one length.
+    """Positions of ball and capsule over one period of a motion, as arrays of one length.
 
     Attributes
     ----------
@@ -172,16 +180,18 @@ class BallPath(Struct, frozen=True, eq=False):
 
 
 def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) -> BallPath:
-    """Where ball and capsule are over one period of a motion, Eq. (2.12).
+    """Positions of ball and capsule over one period of a motion.
 
     Parameters
     ----------
     device : Device
     parameter : Parameter
-        What the `sweep_value` of the motions is a value of.
+        The swept one, which `motions.sweep_value` is of.
     motions : Motions
     row : int
-        Which of them.
+        Of the motion.
+
+    Source: Eq. (2.12).
 
     Notes
     -----
@@ -193,23 +203,31 @@ def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) 
     d, gbar, q = (float(x[row]) for x in (motions.d, motions.gbar, motions.q))
     restitutions = Restitutions(*(float(r[row]) if np.ndim(r) else r for r in by_wall(motions.restitution)))
     groups = Groups(d, gbar, restitutions, harmonics, friction)
-    impacts = (motions.phi_bottom, motions.velocity_bottom, q), (motions.phi_top, motions.velocity_top, 1 - q)
+    flights_from = (
+        (1, float(motions.phi_bottom[row]), float(motions.velocity_bottom[row]), q),
+        (-1, float(motions.phi_top[row]), float(motions.velocity_top[row]), 1 - q),
+    )
     mu, flights, start = device.mass_ratio, [], 0.0
-    for (phi, velocity, share), wall in zip(impacts, (1, -1), strict=True):
+    for wall, phase, velocity, share in flights_from:
         elapsed = np.linspace(0.0, 2 * n * share, SAMPLES)
-        phase, after = float(phi[row]), groups.after(wall, float(velocity[row]))
+        after = groups.after(wall, velocity)
         begun, then = (wave(np.sin(x), np.cos(x), harmonics) for x in (phase, np.pi * elapsed + phase))
         z = wall * d / 2 + groups.flown(elapsed, after, begun, then, -wall)[0]
         capsule = (mu * z - then.path / np.pi**2) / (1 + mu)
         flights.append((start + elapsed / 2, 0.5 - z / d, capsule))
         start += n * share
-    return BallPath(*(np.concatenate(columns) for columns in zip(*flights, strict=True)))
+    (time_up, distance_up, capsule_up), (time_down, distance_down, capsule_down) = flights
+    return BallPath(
+        np.concatenate([time_up, time_down]),
+        np.concatenate([distance_up, distance_down]),
+        np.concatenate([capsule_up, capsule_down]),
+    )
 
 
 def motions_of(sweep: Sweep, orbit: Orbits, restitution: Any = None) -> Motions:
-    """Evaluate stability and admissibility of motions on a sweep's level, and set all their numbers into rows.
+    """Evaluate stability and admissibility of motions on a sweep's level, as rows with all their numbers.
 
-    The group that the sweep holds gets its exact value.
+    A group that is constant over the sweep gets its exact value.
 
     Parameters
     ----------

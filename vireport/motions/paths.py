@@ -567,7 +567,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
     __repr__ = brief
 
     @classmethod
-    def along_sweep(cls, word: Word, model: Model, low: float, high: float) -> Self:
+    def over_sweep(cls, word: Word, model: Model, low: float, high: float) -> Self:
         """The curve of the motions of one word over a range of the sweep's coordinate."""
         # In a sweep over six decades of frequency d has twelve, and all motions on both membranes are in one or two of
         # them: measured by the whole range, a step of 1e-9 went past them, and events were placed anywhere.

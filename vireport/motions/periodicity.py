@@ -1,8 +1,11 @@
-"""The conditions of a periodic motion with any sequence of impacts, their derivatives and the multipliers.
+"""The conditions of a periodic motion with any sequence of impacts, their derivatives, and its trace.
 
 For each flight two equations, of the maps P1 to P4 (2.13): velocity (2.11) and position (2.12) at its end. The unknowns
 are the velocities and times of the N impacts and the coordinate of the sweep, so that motions are curves in a space of
 2N + 1 dimensions. The formulae serve every kind of number, see `vireport.physics.numbers`.
+
+`residuals` has the conditions, `linearised` them with their Jacobian matrix, `trace` the trace of the return map. How
+the groups depend on what varies is a `Grouped`: `Model` for a sweep; other rooms have lines and planes of inputs.
 """
 
 from __future__ import annotations
@@ -29,25 +32,25 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 BEYOND = 100.0
-"""How many times as far as the farthest motions that strike both membranes a sweep is one over many decades."""
+"""Length of a sweep, over that of the range with motions on both membranes, from which it is scaled by this range."""
 
 
 class Grouped(Protocol):
-    """What varies of a device, and how the groups depend on it."""
+    """The dimensionless groups as a function of numbers of a device that vary."""
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at values of the numbers that vary."""
 
 
 class Varied(Grouped, Protocol):
-    """What varies of a device, with the derivatives of the groups by it."""
+    """The groups as a function of numbers that vary, with derivatives."""
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Derivatives of `Groups.numbers`, 4 of a sine, by what varies: (numbers, len(varied))."""
+        """Derivatives of `Groups.numbers` (4 for a sine) by the numbers that vary, (numbers, len(varied))."""
 
 
 class Variation(Varied, Protocol):
-    """One number of a device that varies, along which motions are followed."""
+    """The groups as a function of one number that varies, along which motions are followed."""
 
     @property
     def horizontal(self) -> bool:
@@ -55,10 +58,9 @@ class Variation(Varied, Protocol):
 
 
 class Model(Struct, frozen=True):
-    """What a sweep leaves as it is: a line in the plane of d and gbar, restitution and the harmonics of the force.
+    """The groups over a sweep as a function of its coordinate: a line in the plane of d and gbar, or of restitutions.
 
-    It gives the groups at what varies, which follows the velocities and times among the unknowns. In a sweep over a
-    restitution the line is one in that of both restitutions, at one d and gbar.
+    The coordinate is the last of the unknowns of a motion, after velocities and times.
 
     Attributes
     ----------
@@ -91,13 +93,20 @@ class Model(Struct, frozen=True):
         return Groups(coordinate, gbar, self.r, self.harmonics, friction)
 
     def decay(self, walls: Sequence[int], coordinate: Any) -> Any:
-        """The root of the determinant of a motion's Jacobian, see `Groups.decay`."""
+        """The root of the determinant of the return map of a motion, see `Groups.decay`.
+
+        Parameters
+        ----------
+        walls : sequence of int
+            Membranes of its impacts.
+        coordinate : array_like
+        """
         r = self.level.restitution(self.r, coordinate)
-        # Of membranes that are alike the power, which has one rounding.
+        # For membranes that are alike as a power, which is rounded once, not N times.
         return Groups(0.0, 0.0, r).decay(walls) if isinstance(r, Restitutions) else r ** len(walls)
 
     def determinant(self, walls: Sequence[int], coordinate: Any) -> Any:
-        """The determinant of a motion's Jacobian: r^2 over all impacts."""
+        """The determinant of the return map of a motion: the product of r^2 over its impacts."""
         r = self.level.restitution(self.r, coordinate)
         return Groups(0.0, 0.0, r).decay(walls) ** 2 if isinstance(r, Restitutions) else r ** (2 * len(walls))
 
@@ -111,7 +120,7 @@ class Model(Struct, frozen=True):
         return 1.0, 0.0 if self.level.held is Held.GBAR else 1.0 / self.level.value
 
     def reach(self, periods: int) -> float:
-        """A coordinate far beyond all motions that strike both membranes; infinite where it is no length.
+        """A coordinate far beyond all motions that strike both membranes; infinite where the coordinate is not d.
 
         Notes
         -----
@@ -137,7 +146,7 @@ class Model(Struct, frozen=True):
         return self.groups(varied[0])
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """Derivatives of `Groups.numbers` by the coordinate, (4, 1), zeros for harmonics, that of friction."""
+        """Derivatives of `Groups.numbers` by the coordinate, (numbers, 1): zero for the harmonics."""
         friction = self.level.friction
         by_d, by_gbar = self.slope
         bounces = (0.0, 0.0) if self.level.varied is None else MOVES[self.level.varied]
@@ -147,14 +156,15 @@ class Model(Struct, frozen=True):
 
 @lru_cache(maxsize=8)
 def model_of(sweep: Sweep, ops: Any) -> Model:
-    """What a sweep holds, in a kind of number: many points of one sweep are solved for."""
+    """The groups over a sweep, in a kind of number."""
+    # Cached: many points of one sweep are solved for.
     device = sweep.device
     harmonics = tuple(harmonic.exact(ops) for harmonic in device.harmonics)
     return Model(sweep.level_in(ops), map_restitution(device.restitution, ops.exact), harmonics)
 
 
 class Leg(NamedTuple):
-    """One flight: indices of the impacts at its ends, flight time, and the force there."""
+    """A flight of a motion: numbers of the impacts at its ends, flight time [t_c], and the force at both."""
 
     start: int
     end: int
@@ -164,7 +174,7 @@ class Leg(NamedTuple):
 
 
 def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Iterator[Leg]:
-    """The flights of a motion, by the times of its impacts."""
+    """The flights of a motion from the times of its impacts, in order; the last one ends with the first impact."""
     count, harmonics = len(word), groups.harmonics
     pi, sin, cos = ops.pi, ops.sin, ops.cos
     waves = [wave(sin(phase), cos(phase), harmonics) for phase in [pi * t for t in time]]
@@ -175,20 +185,28 @@ def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS
 
 
 def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
-    """Velocity and position at the end of each flight, less what the next impact has: zero for a motion.
+    """The conditions of a motion: velocity and position at the end of each flight less those of the next impact.
 
     Parameters
     ----------
     word : Word
     x : sequence
-        The N velocities, the N times and what varies.
+        The N velocities [y_c], the N times [t_c] and what varies.
     model : Grouped
         In the kind of number of `ops`.
+
+    Returns
+    -------
+    list
+        2N numbers: velocity and position for each flight in turn; all zero for a motion.
+
+    Source: Eqs. (2.11)-(2.13).
     """
     count, values = len(word), []
     groups = model.at(x[2 * count :])
     d = groups.d
-    # Velocity and position, two for each flight, not times of arrival: these have no closed form.
+    # Velocity and position at a given time, two conditions for each flight. The time of the next impact, which a
+    # simulation follows, has no closed form: as an unknown it needs none.
     for leg in legs(word, x[count : 2 * count], groups, ops):
         after, t = groups.after(word.walls[leg.start], x[leg.start]), leg.duration
         way = (word.walls[leg.end] - word.walls[leg.start]) // 2
@@ -198,7 +216,9 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -
 
 
 def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
-    """The residuals and their derivatives, arrays (2N,) and (2N, len(x))."""
+    """The `residuals`, (2N,), and their derivatives by the unknowns, (2N, len(x))."""
+    # Written out by hand and in Python's numbers: this is evaluated at each correction of each step of all families,
+    # where arrays of a few numbers cost more than the arithmetic.
     count, row = len(word), x.tolist()
     groups = model.at(row[2 * count :])
     d = groups.d
@@ -226,7 +246,7 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
             by_velocity.append(-way * t)
             by_way.append(-way * t * t / 2)
         by_groups += [by_velocity, by_way]
-    # with one impact both ends of the flight are the same, and their derivatives are added
+    # A motion with one impact has the same impact at both ends of its flight: bincount adds their derivatives.
     entries = np.asarray(np.bincount(_places(count, len(row)), by_impacts, 2 * count * len(row)), float)
     matrix = entries.reshape(2 * count, len(row))
     matrix[:, 2 * count :] = np.array(by_groups) @ model.slopes(row[2 * count :])
@@ -234,12 +254,12 @@ def linearised(word: Word, x: Floats, model: Varied) -> tuple[Floats, Floats]:
 
 
 def _by_restitution(groups: Groups[float], wall: int, velocity: float) -> tuple[float, ...]:
-    """Derivatives of the velocity after an impact by both restitutions and, of a law, by its exponent and speed."""
+    """Derivatives of the velocity after an impact by r at the bottom and at the top; with a law, by its numbers too."""
     law = groups.law
     if law is None:
         return (-velocity, 0.0) if wall > 0 else (0.0, -velocity)
     r, slope = law.at(wall, velocity)
-    if r == slope and law.exponent:  # at the most that a restitution is
+    if r == slope and law.exponent:  # r is at its upper limit, see `restitution_at_speed`
         return 0.0, 0.0, 0.0, 0.0
     stated = law.bottom if wall > 0 else law.top
     by_stated = -velocity * (r / stated) if stated else -velocity
@@ -250,8 +270,17 @@ def _by_restitution(groups: Groups[float], wall: int, velocity: float) -> tuple[
 
 
 def _by_harmonic(order: int, start: float, end: float, t: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Derivatives of velocity and position at the end of a flight by the cosine and the sine of a harmonic."""
-    # What is linear in a harmonic is what a force of it alone does: of cos jx and of sin jx in the place of cos x.
+    """Derivatives of velocity and position at the end of a flight by the cosine and sine coefficients of a harmonic.
+
+    Parameters
+    ----------
+    order : int
+    start, end : float
+        Times of the impacts at its ends [t_c].
+    t : float
+        Flight time [t_c].
+    """
+    # The flight is linear in the force: the derivatives are the flights with cos jx, or sin jx, in the place of cos x.
     turns = order * pi
     s0, c0, s1, c1 = sin(turns * start), cos(turns * start), sin(turns * end), cos(turns * end)
     velocity = (s1 - s0) / turns, (c0 - c1) / turns
@@ -261,7 +290,7 @@ def _by_harmonic(order: int, start: float, end: float, t: float) -> tuple[tuple[
 
 @lru_cache
 def _places(count: int, width: int) -> Ints:
-    """Entries of the derivatives of each flight by velocity and time of the impacts that begin and that end it."""
+    """Places in the flattened matrix (2 count, width) of the seven derivatives of each flight by its two impacts."""
     start = np.arange(count)
     end, velocity = np.roll(start, -1), 2 * start * width
     position = velocity + width
@@ -271,9 +300,12 @@ def _places(count: int, width: int) -> Ints:
 
 
 def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> Any:
-    """Trace of the product of the flights' Jacobians (A.1), (A.2) in their order.
+    """Trace of the return map of a motion, the product of the Jacobians of its flights.
 
-    Its determinant is r^(2N), the square of `Groups.decay`. All velocities must differ from zero.
+    Its determinant is the square of `Groups.decay`. Parameters are those of `residuals`; all velocities must differ
+    from zero.
+
+    Source: Eqs. (A.1), (A.2).
     """
     count, walls, flights = len(word), word.walls, []
     groups = model.at(x[2 * count :])
@@ -281,14 +313,14 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
         r, slope = groups.rebound(walls[i], x[i])
         gbar = groups.gravity((walls[j] - walls[i]) // 2)
         pulls = flight.acceleration(starts.force, gbar), flight.acceleration(ends.force, gbar)
-        flights.append(flight_jacobian(duration, x[i], x[j], *pulls, r, slope))
+        flights.append(flight_jacobian(duration, (x[i], x[j]), pulls, r, slope))
     return product_trace(flights)
 
 
 def weighted_trace(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Any:
-    """The trace times all velocities: it has no pole where a velocity is zero.
+    """The trace times the product of all velocities, which has no pole where a velocity is zero.
 
-    The times of `x` follow the velocities.
+    Parameters are those of `residuals`, with the groups in the place of the model.
     """
     count, flights = len(word), []
     for leg in legs(word, x[count : 2 * count], groups, ops):

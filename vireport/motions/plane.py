@@ -1,6 +1,6 @@
-"""All 1:1 motions at many design points where the phase cannot be eliminated: in the plane of q and the phase.
+"""All 1:1 motions at many design points by a search in the plane of q and phase, for harmonics and friction.
 
-Through every place (u, phi) of the plane, u = q - 1/2, there is one motion, and it has one gbar and one d. Of a sine
+Through every place (u, phi) of the plane, u = q - 1/2, there is one motion, and it has one gbar and one d. For a sine
 `pointwise` eliminates the phase; where the force has harmonics, or the ball friction, the motions of a design point are
 the places at which both gbar and d are those of the point. Times D = -(1 + r_t) K(q)/T^2 the two differences are entire
 functions of u, trigonometric polynomials in phi, linear in gbar, d and f, and linear in either restitution: on a cell
@@ -40,19 +40,19 @@ DEEPEST = 18
 """Halvings after which what is left is a double zero, on a fold or a pitchfork but for rounding."""
 
 TOGETHER, PAIRS = 128, 200_000
-"""Design points that share cells, and pairs of a design point and a cell that are looked at at once."""
+"""Design points that share cells, and pairs of a design point and a cell that are tested at once."""
 
 NODES = 0.0, 0.5
-"""Restitutions at which the functions are evaluated, which are linear in each."""
+"""Restitutions at which the functions are evaluated; being linear in either, two values give them all."""
 
 ALLOWANCE = 1.25
 """Room for the second derivatives between the places at which they are taken."""
 
-BESIDE = 1e-6
-"""Share of a cell by which a zero may be outside it: on the border of two cells rounding must not lose one."""
+OVERLAP = 1e-6
+"""Share of a cell by which a zero may be outside it: on the border of two cells rounding must not lose a zero."""
 
 CHANGE = 0.5
-"""Change of the Jacobian within a cell, over itself, up to which there is one zero at most."""
+"""Relative change of the Jacobian within a cell up to which there is one zero at most (Newton's map contracts)."""
 
 STEPS, LAST_STEP, SETTLED = 30, 1e-8, 0.1
 """Newton steps, of which five are usual; the step, as a share of the cell, that ends them, as the next one would be of
@@ -66,7 +66,16 @@ ON_SYMMETRY = 1e-9
 
 
 class Places(NamedTuple):
-    """Places of the plane, each of a design point; of cells their middles, and how often these were halved."""
+    """Places (u, phi) of the plane with the number of a design point each, as the middles of cells of some depth.
+
+    Attributes
+    ----------
+    which : ndarray of int
+        Design points.
+    u, phi : ndarray
+    depth : ndarray of int
+        Halvings of the cells.
+    """
 
     which: Ints
     u: Floats
@@ -94,6 +103,14 @@ class PhaseCells(NamedTuple):
         """The entries picked by an index or mask."""
         return PhaseCells(self.row[index], self.column[index])
 
+    @staticmethod
+    def joined(parts: Iterable[PhaseCells]) -> PhaseCells:
+        """Several sets of cells as one."""
+        cells = list(parts)
+        nothing = np.empty(0, dtype=np.intp)
+        row = np.concatenate([nothing, *(part.row for part in cells)])
+        return PhaseCells(row, np.concatenate([nothing, *(part.column for part in cells)]))
+
     def quarters(self) -> PhaseCells:
         """The four quarters of every cell."""
         below, right = np.divmod(np.arange(4), 2)
@@ -101,9 +118,9 @@ class PhaseCells(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """The two functions above some u, with their derivatives as imaginary parts.
+    """The two functions (of gbar, of d) at some u, with their derivatives by u as imaginary parts.
 
-    By what the restitutions of bottom and top have more than the middle ones, x and y, each is a + b x + c y + e x y:
+    With x and y the restitutions at bottom and top less the middle ones, every coefficient is a + b x + c y + e x y:
     four numbers.
 
     Attributes
@@ -111,7 +128,7 @@ class Rows(NamedTuple):
     sine, cosine : ndarray, shape (2, orders, 4, len)
         Coefficients of the sines and cosines of multiples of the phase.
     flat : ndarray, shape (2, 4 or 8, len)
-        What does not depend on the phase, D itself and what friction does, by which gbar, d and f are multiplied.
+        Terms without the phase: D, which multiplies gbar or d, and with friction the one that multiplies f.
     """
 
     sine: Any
@@ -127,7 +144,14 @@ class Bends(NamedTuple):
     by_phi: Floats
 
     def over(self, row: Ints, half: tuple[float, float]) -> Floats:
-        """How far the terms may be from linear within cells of half an extent, shape (2, k, len)."""
+        """Bounds of the nonlinear part of the terms within cells in given rows, shape (2, k, len).
+
+        Parameters
+        ----------
+        row : ndarray of int
+        half : tuple of float
+            Half the extent of the cells in u and in the phase.
+        """
         u, phi = half
         return np.asarray(
             (self.by_u * (u * u / 2) + self.by_both * (u * phi) + self.by_phi * (phi * phi / 2))[:, :, row]
@@ -138,15 +162,33 @@ class Bends(NamedTuple):
         return Bends(*(np.maximum(bound[:, :, ::2], bound[:, :, 1::2]) for bound in self))
 
 
+class Divided(NamedTuple):
+    """Cells of one depth that may have zeros, after a test.
+
+    Attributes
+    ----------
+    single : Places
+        Middles of those with at most one zero.
+    points : ndarray of int
+        Design points of those that may have more.
+    cells : PhaseCells
+        These themselves, one for each of `points`.
+    """
+
+    single: Places
+    points: Ints
+    cells: PhaseCells
+
+
 class Tested(NamedTuple):
-    """Whether there may be a zero in a cell, and whether there is one at most."""
+    """Masks of cells: there may be a zero inside; there is at most one."""
 
     may: Mask
     single: Mask
 
 
 def motions_in_plane(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats, Floats]:
-    """Find the 1:1 motions of design points, admissible or not: of which, u and the phase.
+    """Find the 1:1 motions of design points, admissible or not.
 
     Parameters
     ----------
@@ -156,6 +198,13 @@ def motions_in_plane(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats,
         Of each design point.
     n : int
         Forcing periods per motion.
+
+    Returns
+    -------
+    which : ndarray of int
+        Number of the design point of each motion.
+    u, phi : ndarray
+        q - 1/2 and phase [rad].
     """
     plane = MotionPlane.of(groups, r, n)
     places = plane.zeros(plane.cells())
@@ -176,9 +225,9 @@ class MotionPlane(Struct, frozen=True, eq=False):
     n : int
     harmonics : tuple of Harmonic
     middle : tuple of float
-        Restitutions at the bottom and at the top that those of the design points are counted from.
+        Restitutions at the bottom and at the top, from which those of the design points are counted.
     weights : ndarray, shape (2, k, points)
-        By which `terms` are multiplied for each design point.
+        Factors of `terms` in both functions of each design point.
     """
 
     d: Floats
@@ -217,17 +266,17 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return highest * self.n, highest
 
     def half(self, depth: Any) -> tuple[Any, Any]:
-        """Half the extent of a cell in u and in the phase after so many halvings."""
+        """Half the extent of a cell in u and in the phase [rad] after `depth` halvings."""
         rows, columns = self.shape
         return EDGE / rows / 2.0**depth, np.pi / columns / 2.0**depth
 
     def middles(self, cells: PhaseCells, depth: int) -> tuple[Floats, Floats]:
-        """The places at the middles of cells."""
+        """The middles (u, phi) of cells."""
         u, phi = self.half(depth)
         return (2 * cells.row + 1) * u - EDGE, (2 * cells.column + 1) * phi
 
     def rows(self, u: Floats) -> Rows:
-        """The two functions above some u."""
+        """The coefficients of both functions at some u."""
         bottom, top = np.tile(NODES, 2)[:, None], np.repeat(NODES, 2)[:, None]
         # Four corners of the restitutions fix what is linear in both.
         r, at = Restitutions(bottom, top), u + 1j * IMAGINARY_STEP
@@ -249,7 +298,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return Rows(parts[0], parts[1], parts[2].reshape(2, -1, len(u)))
 
     def bends(self, depth: int) -> Bends:
-        """Bounds of the second derivatives in the rows of cells."""
+        """Bounds of the second derivatives in the rows of cells after `depth` halvings."""
         rows = self.shape[0] << depth
         at, orders = self.rows(np.linspace(-EDGE, EDGE, rows + 1)), self.orders[:, None, None]
 
@@ -257,7 +306,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
             return np.asarray(np.abs(np.diff(x.imag, axis=-1)) * (rows / IMAGINARY_STEP))
 
         by_u = np.concatenate([np.hypot(rate(at.sine), rate(at.cosine)).sum(axis=1), rate(at.flat)], axis=1)
-        # That is the mean over a row; how it varies within, the neighbouring rows say.
+        # A difference quotient is the mean over a row: the neighbouring rows stand for the variation within.
         wide = np.pad(by_u, ((0, 0), (0, 0), (1, 1)), mode="edge")
         by_u = np.maximum(np.maximum(wide[..., :-2], wide[..., 2:]), by_u)
         by_both = (orders * np.hypot(at.sine.imag, at.cosine.imag)).sum(axis=1) / IMAGINARY_STEP
@@ -267,9 +316,18 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return Bends(*(ALLOWANCE * bound for bound in (by_u, *filled)))
 
     def terms(self, rows: Rows, row: Ints, phi: Floats) -> Floats:
-        """What is multiplied by `weights` to give the functions at places, and their derivatives by u and the phase.
+        """The terms whose sums with `weights` are the functions at places, and their derivatives by u and by the phase.
 
-        Shape (2, 3, k, len).
+        Parameters
+        ----------
+        rows : Rows
+        row : ndarray of int
+            Number of the u of each place in `rows`.
+        phi : ndarray
+
+        Returns
+        -------
+        ndarray, shape (2, 3, k, len)
         """
         angle = self.orders[:, None] * phi
         sin, cos = np.sin(angle)[:, None], np.cos(angle)[:, None]
@@ -280,7 +338,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return np.stack([value.real, value.imag / IMAGINARY_STEP, by_phi], axis=1)
 
     def cells(self) -> Places:
-        """Cells that hold one zero at most, and among them one for every zero."""
+        """Divide the plane into cells with at most one zero, and return those that may have one, by design point."""
         # Rows of larger cells take the bounds of the finest ones that they hold: these are evaluated once.
         bends = [self.bends(SHARED)]
         for _ in range(SHARED):
@@ -289,27 +347,24 @@ class MotionPlane(Struct, frozen=True, eq=False):
         for depth, bends_at in enumerate(bends):
             count = self.shape[0] << depth
             shared.append((self.rows((np.arange(count) + 0.5) / count - EDGE), bends_at))
-        places: list[Places] = []
-        points, cells = np.empty(0, dtype=np.intp), PhaseCells(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
-        for group in _neighbours(np.stack([self.d, self.gbar, *by_wall(self.r)]), np.arange(len(self.d))):
-            single, which, rest = self._of_each(group, self._of_any(group, shared), shared[SHARED])
-            places.append(single)
-            points = np.concatenate([points, which])
-            cells = PhaseCells(*map(np.concatenate, zip(cells, rest, strict=True)))
+        groups = _neighbours(np.stack([self.d, self.gbar, *by_wall(self.r)]), np.arange(len(self.d)))
+        tested = [self._point_by_point(group, self._of_any(group, shared), shared[SHARED]) for group in groups]
+        places = [divided.single for divided in tested]
+        # Deeper cells belong to a design point each: cells that hold more than one zero differ from point to point.
         for depth in range(SHARED + 1, DEEPEST + 1):
+            points = np.concatenate([np.empty(0, dtype=np.intp), *(divided.points for divided in tested)])
+            cells = PhaseCells.joined(divided.cells for divided in tested)
             tested = [
                 self._halved(points[k : k + PAIRS], cells.select(slice(k, k + PAIRS)), depth, bends[SHARED])
                 for k in range(0, len(points), PAIRS)
             ]
             if not tested:
                 break
-            places += [single for single, _, _ in tested]
-            points = np.concatenate([which for _, which, _ in tested])
-            cells = PhaseCells(*map(np.concatenate, zip(*(rest for _, _, rest in tested), strict=True)))
+            places += [divided.single for divided in tested]
         return Places.joined(places)
 
     def _of_any(self, group: Ints, shared: Sequence[tuple[Rows, Bends]]) -> PhaseCells:
-        """The cells in which any of some design points may have a motion."""
+        """The finest shared cells in which any design point of a group may have a motion."""
         # Design points that are near one another have weights in a small range: what that leaves open is added to what
         # the bend does, and a cell without a zero is then left out for all of them at once.
         low, high = self.weights[:, :, group].min(axis=2), self.weights[:, :, group].max(axis=2)
@@ -326,8 +381,8 @@ class MotionPlane(Struct, frozen=True, eq=False):
             cells = cells.select(_tested(values, half, rest + change).may)
         return cells
 
-    def _of_each(self, group: Ints, cells: PhaseCells, shared: tuple[Rows, Bends]) -> tuple[Places, Ints, PhaseCells]:
-        """Those of design points one by one: with one zero at most; and those that may have more, with their points."""
+    def _point_by_point(self, group: Ints, cells: PhaseCells, shared: tuple[Rows, Bends]) -> Divided:
+        """Test cells for each design point of a group by itself."""
         (rows, bends), half = shared, self.half(SHARED)
         u, phi = self.middles(cells, SHARED)
         most = np.abs(self.weights[:, :, group]).max(axis=2)
@@ -342,10 +397,13 @@ class MotionPlane(Struct, frozen=True, eq=False):
             p, c = np.nonzero(test.may & ~test.single)
             points.append(part[p])
             left.append(cells.select(c))
-        return Places.joined(single), np.concatenate(points), PhaseCells(*map(np.concatenate, zip(*left, strict=True)))
+        return Divided(Places.joined(single), np.concatenate(points), PhaseCells.joined(left))
 
-    def _halved(self, points: Ints, cells: PhaseCells, depth: int, bends: Bends) -> tuple[Places, Ints, PhaseCells]:
-        """Test the quarters of cells, each of its design point; at the greatest depth nothing is left."""
+    def _halved(self, points: Ints, cells: PhaseCells, depth: int, bends: Bends) -> Divided:
+        """Test the quarters of cells, each for its design point.
+
+        At the greatest depth every cell that may have a zero counts as one with at most one.
+        """
         points, cells, half = np.repeat(points, 4), cells.quarters(), self.half(depth)
         u, phi = self.middles(cells, depth)
         different, place = np.unique(u, return_inverse=True)
@@ -357,10 +415,10 @@ class MotionPlane(Struct, frozen=True, eq=False):
         single = test.may & (test.single | (depth == DEEPEST))
         left = test.may & ~single
         places = Places(points, u, phi, np.full(len(u), depth))
-        return places.select(single), points[left], cells.select(left)
+        return Divided(places.select(single), points[left], cells.select(left))
 
     def zeros(self, cells: Places) -> Places:
-        """The zero in each cell that has one, by Newton's method from its middle; each zero once."""
+        """Locate the zeros in cells that may have one, by Newton's method from the middle; every zero once."""
         (half_u, half_phi), folded = self.half(cells.depth), cells.depth == DEEPEST
         u, phi, last = cells.u.copy(), cells.phi.copy(), np.ones(len(cells.u))
         active = np.arange(len(u))
@@ -376,22 +434,19 @@ class MotionPlane(Struct, frozen=True, eq=False):
             active = active[last[active] > LAST_STEP]
             if not active.size:
                 break
-        reach = np.where(folded, NEAR_FOLD, 1 + 2 * BESIDE)
+        reach = np.where(folded, NEAR_FOLD, 1 + 2 * OVERLAP)
         kept = (np.abs(u - cells.u) <= reach * half_u) & (np.abs(phi - cells.phi) <= reach * half_phi)
         # Rounding leaves a step in a small cell; where there is no zero the steps are as large as the cell.
         kept &= last < SETTLED
         return self._once(Places(cells.which, u, phi, cells.depth).select(kept & (np.abs(u) < EDGE)))
 
     def _steps(self, which: Ints, u: Floats, phi: Floats) -> tuple[Floats, Floats]:
-        """Newton's steps to gbar and d of design points, by the surface itself."""
-        along_u, along_phi = (
-            self._at(which, u + 1j * IMAGINARY_STEP, phi),
-            self._at(which, u, phi + 1j * IMAGINARY_STEP),
-        )
-        of_gbar, of_d = along_u.gbar.real - self.gbar[which], along_u.d.real - self.d[which]
-        gbar_u, gbar_phi, d_u, d_phi = (
-            x.imag / IMAGINARY_STEP for x in (along_u.gbar, along_phi.gbar, along_u.d, along_phi.d)
-        )
+        """Newton's steps in u and phase to gbar and d of the design points `which`."""
+        by_u = self._at(which, u + 1j * IMAGINARY_STEP, phi)
+        by_phi = self._at(which, u, phi + 1j * IMAGINARY_STEP)
+        of_gbar, of_d = by_u.gbar.real - self.gbar[which], by_u.d.real - self.d[which]
+        gbar_u, d_u = by_u.gbar.imag / IMAGINARY_STEP, by_u.d.imag / IMAGINARY_STEP
+        gbar_phi, d_phi = by_phi.gbar.imag / IMAGINARY_STEP, by_phi.d.imag / IMAGINARY_STEP
         determinant = gbar_u * d_phi - gbar_phi * d_u
         safe = np.where(determinant == 0, 1.0, determinant)
         return (of_d * gbar_phi - of_gbar * d_phi) / safe, (of_gbar * d_u - of_d * gbar_u) / safe
@@ -402,10 +457,10 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return orbits_of(Dynamics(map_restitution(self.r, itemgetter(which)), self.n, self.harmonics, friction), u, phi)
 
     def _once(self, places: Places) -> Places:
-        """Zeros without repetition: one on the border of cells comes from each of them."""
+        """Zeros without repetition: a zero on the border of cells comes from all of them."""
         # Sorted by design point, a repeated zero is at most as many rows on as its point has zeros.
         places = places.select(np.argsort(places.which, kind="stable"))
-        size = np.where(places.depth == DEEPEST, NEAR_FOLD, 2 * BESIDE)
+        size = np.where(places.depth == DEEPEST, NEAR_FOLD, 2 * OVERLAP)
         near_u, near_phi = (size * half for half in self.half(places.depth))
         again = np.zeros(len(places.u), dtype=bool)
         for k in range(1, int(np.bincount(places.which).max(initial=1))):
@@ -415,7 +470,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
         return places.select(~again)
 
     def symmetric(self, places: Places) -> tuple[Floats, Floats]:
-        """The places of motions, the symmetric ones at u = 0 exactly, where d alone gives their phase."""
+        """Places (u, phi) with those of symmetric motions moved to u = 0 exactly, where d alone gives the phase."""
         u, phi = places.u.copy(), places.phi.copy()
         on_symmetry = np.flatnonzero((self.gbar[places.which] == 0) & (np.abs(u) < ON_SYMMETRY))
         u[on_symmetry] = 0.0
@@ -432,11 +487,11 @@ def _tested(values: Floats, half: tuple[float, float], rest: Floats) -> Tested:
     Parameters
     ----------
     values : ndarray, shape (3, 2, ...)
-        Of the functions at their middles, of their derivatives by u, and by the phase.
+        At the middles of the cells: both functions, their derivatives by u, and by the phase.
     half : tuple of float
-        Half their extents.
+        Half the extents of the cells.
     rest : ndarray, shape (2, ...)
-        How far the functions may be from linear.
+        Bounds of the nonlinear parts of both functions.
 
     Notes
     -----
@@ -445,19 +500,25 @@ def _tested(values: Floats, half: tuple[float, float], rest: Floats) -> Tested:
     that Newton's map contracts.
     """
     (f, g), (f_u, g_u), (f_phi, g_phi) = values[0], values[1] * half[0], values[2] * half[1]
-    more, other, wide = rest[0], rest[1], 1 + BESIDE
+    rest_f, rest_g, wide = rest[0], rest[1], 1 + OVERLAP
     determinant = np.abs(f_u * g_phi - f_phi * g_u)
-    spread_u = np.abs(g_phi) * more + np.abs(f_phi) * other
-    spread_phi = np.abs(g_u) * more + np.abs(f_u) * other
-    may = np.abs(f) <= (np.abs(f_u) + np.abs(f_phi)) * wide + more
-    may &= np.abs(g) <= (np.abs(g_u) + np.abs(g_phi)) * wide + other
+    spread_u = np.abs(g_phi) * rest_f + np.abs(f_phi) * rest_g
+    spread_phi = np.abs(g_u) * rest_f + np.abs(f_u) * rest_g
+    may = np.abs(f) <= (np.abs(f_u) + np.abs(f_phi)) * wide + rest_f
+    may &= np.abs(g) <= (np.abs(g_u) + np.abs(g_phi)) * wide + rest_g
     may &= np.abs(f * g_phi - g * f_phi) <= determinant * wide + spread_u
     may &= np.abs(g * f_u - f * g_u) <= determinant * wide + spread_phi
     return Tested(may, 2 * np.maximum(spread_u, spread_phi) <= CHANGE * determinant)
 
 
 def _neighbours(values: Floats, points: Ints) -> Iterator[Ints]:
-    """Design points in groups of which the values are alike."""
+    """Divide design points into groups of near ones, by halving them along their widest value.
+
+    Parameters
+    ----------
+    values : ndarray (m, all points)
+    points : ndarray of int
+    """
     if len(points) <= TOGETHER:
         yield from [points] if points.size else []
         return

@@ -1,10 +1,10 @@
-"""Motions at which something happens, with error bounds: critical points of a sweep, and where families meet.
+"""Critical points of a sweep and vertices of an atlas, solved for to the last digit, with error bounds.
 
-From where a motion is in doubles, or in the closed form of 1:1 motions, to its last digit. Grazing, where a turning
-point of the ball comes to touch a membrane and a family ends, is the touch as an impact of velocity zero.
+The guess is a motion in doubles, from a level curve or a path. At a grazing point, where a turning point of the ball
+comes to touch a membrane and a family ends, the touch is solved for as an impact of velocity zero.
 
 Read from `points_on` on: the critical points of a piece of a level curve, the motions at the very ends of the sweep,
-and what both rest on; `polished` is the same for motions of any word.
+and what both rest on, `solve_one_to_one`; `polished` is the same for motions of any word.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class OneToOne(Struct, frozen=True):
 
 
 class Point(Struct, frozen=True, eq=False):
-    """A motion at which something happens, to the last digit of a double.
+    """A motion at which an event occurs, to the last digit of a double.
 
     Attributes
     ----------
@@ -107,16 +107,16 @@ class Point(Struct, frozen=True, eq=False):
     d, gbar : float
         Correctly rounded.
     sweep_value, error_bound : float
-        What varies, in its unit; the bound is inf where the conditions do not settle in decimals, as where several
-        events coincide.
+        The swept parameter, in its unit. The bound is inf where the conditions do not settle in decimals, as where
+        several events coincide.
     one_to_one : OneToOne or None
         The motion without its touches, where that is a 1:1 motion.
     label : str
-        Letter of the event and number along the sweep; "" where it has none.
+        Letter of the event and number in the order of the sweep; "" for a point that is not listed.
     families : tuple of int
         Numbers of the families that it lies on, ascending.
     mirror : Point or None
-        The mirror image, of a point on one of two branches that are images of each other.
+        The mirror image, for a point on one of two branches that are images of each other.
     """
 
     event: Event
@@ -136,7 +136,13 @@ class Point(Struct, frozen=True, eq=False):
 
     @property
     def closed(self) -> OneToOne:
-        """The 1:1 motion of a point on a family of these."""
+        """The 1:1 motion in the variables of the closed form.
+
+        Raises
+        ------
+        TypeError
+            If this is a point of families of another word.
+        """
         if self.one_to_one is None:
             raise TypeError(f"{self.motion.word.letters} is no 1:1 motion")
         return self.one_to_one
@@ -148,10 +154,7 @@ class Point(Struct, frozen=True, eq=False):
 
     @property
     def rest(self) -> int | None:
-        """The impact of a 1:1 motion that has no velocity: 0 for the bottom, also where neither has one; 1 for the top.
-
-        None where both have one.
-        """
+        """The impact of a 1:1 motion with velocity zero: 0 at the bottom (or both), 1 at the top, None for neither."""
         closed = self.closed
         return 0 if closed.velocity_bottom == 0 else 1 if closed.velocity_top == 0 else None
 
@@ -179,7 +182,7 @@ def points_on(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, Point
 
 
 def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbit: Orbits) -> Point:
-    """The critical point at a row of a piece, whose motions are `orbit`; with its mirror image where it has one."""
+    """The critical point at a row of a piece, with its mirror image where it has one; `orbit` has all its motions."""
     event = Event.GRAZING if condition.event is Event.ZERO_VELOCITY else condition.event
     if condition.event is Event.GRAZING and curve.level.friction is not None:
         event, condition = Event.STOP, Condition(Event.STOP)
@@ -193,19 +196,25 @@ def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbi
 
 
 def _at_rest(curve: LevelCurve, condition: Condition) -> tuple[int, ...]:
-    """The impacts that have no velocity at a condition."""
+    """The impacts (0 bottom, 1 top) that have no velocity where a condition holds."""
     # Without gravity along the capsule an impact loses its velocity together with the other, by momentum (3.8).
     return (0, 1) if curve.level.horizontal and condition.rests else condition.rests
 
 
 def _turns(curve: LevelCurve, piece: Piece, row: int) -> bool:
-    """Whether the sweep's coordinate has an extremum at an event."""
+    """Whether the sweep's coordinate has an extremum at a row of a piece: a fold, not a pitchfork."""
     x = curve.sweep.coordinate(curve.at(piece.strand, piece.w[row] + TURN_STEP * np.array([-1.0, 0.0, 1.0])))
     return bool((x[0] - x[1]) * (x[2] - x[1]) > 0)
 
 
 def _polished(curve: LevelCurve, piece: Piece, event: Event, condition: Condition, orbit: Orbits) -> Point:
-    """An event of a piece, polished; `orbit` is the motion as it was located (arrays of length one)."""
+    """A critical point solved for in decimals, from the motion as it was located (arrays of length one).
+
+    Raises
+    ------
+    NumericalError
+        If the corrections do not settle.
+    """
     sweep, rests, coordinate = curve.sweep, _at_rest(curve, condition), float(curve.sweep.coordinate(orbit)[0])
     with in_decimals():
         motion = motion_of(orbit, curve.plane.n, coordinate)
@@ -221,7 +230,7 @@ def _polished(curve: LevelCurve, piece: Piece, event: Event, condition: Conditio
 
 
 def _bracketed(curve: LevelCurve, piece: Piece, event: Event, condition: Condition, orbit: Orbits) -> Point:
-    """An event where the polish does not settle, by the motions there and to either side, which give its bound."""
+    """A critical point that does not settle in decimals: as it was located, bounded by motions on both sides."""
     rests = _at_rest(curve, condition)
     point = _between(curve, orbit, event, rests)
     if not piece.mirrored:
@@ -231,7 +240,7 @@ def _bracketed(curve: LevelCurve, piece: Piece, event: Event, condition: Conditi
 
 
 def _between(curve: LevelCurve, orbit: Orbits, event: Event, rests: tuple[int, ...]) -> Point:
-    """An event by the motion where it was located and those on either side of it."""
+    """A point whose numbers are those of the first motion of `orbit`, and whose bounds are the spread of all three."""
     sweep, n = curve.sweep, curve.plane.n
 
     def spread(values: Floats) -> float:
@@ -248,16 +257,16 @@ def _between(curve: LevelCurve, orbit: Orbits, event: Event, rests: tuple[int, .
 
 
 class SweepEnd(Struct, frozen=True, eq=False):
-    """An end of the sweep that cuts a piece of the curve.
+    """The motion at an end of the sweep that cuts a piece of the curve.
 
     Attributes
     ----------
     value : float
-        The swept parameter there.
+        The swept parameter at this end.
     place : (float, float) or None
-        q - 1/2 and phase of the motion, correctly rounded; None on a fold, where the polish does not settle.
+        q - 1/2 and phase of the motion, correctly rounded; None on a fold, where it does not settle in decimals.
     image_phase : float or None
-        Phase of its mirror image, where it has one and was solved for.
+        Phase of its mirror image, if it has one.
     """
 
     value: float
@@ -266,25 +275,31 @@ class SweepEnd(Struct, frozen=True, eq=False):
 
 
 def sweep_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, SweepEnd]:
-    """The motions of the very ends of the sweep, by the rows, 0 and -1, where they cut a piece; `orbit` is of its rows.
+    """The motions at the very ends of the sweep, where these cut a piece, by its rows 0 and -1.
 
-    Along the strand the end has no more digits than the parameter gives the sweep's coordinate: next to a horizontal
-    capsule a few.
+    Parameters
+    ----------
+    curve : LevelCurve
+    piece : Piece
+    orbit : Orbits
+        Its motions.
     """
+    # Solved for anew: on the strand the end has no more digits than its parameter gives to the sweep's coordinate,
+    # which next to a horizontal capsule are few.
     conditions, last, sweep = piece.conditions, len(piece.w) - 1, curve.sweep
     cut = {row: at for row in (0, -1) if (at := conditions.get(row % (last + 1))) and at.event is Event.SWEEP_END}
     if not cut:
         return {}
     requested = sorted((sweep.coordinate_of(end), end) for end in (sweep.start, sweep.end))
-    # Where the curve stops before the end of the sweep, it is not this that cuts the piece.
+    # Where the range of the curve was narrowed, see `curve_of`, what cuts the piece is not the end of the sweep.
     sides = {row: int(condition.sign > 0) for row, condition in cut.items()}
     ends = {row: requested[side][1] for row, side in sides.items() if curve.bounds[side] == requested[side][0]}
     return {row: _sweep_end(curve, piece, row, value, orbit) for row, value in ends.items()}
 
 
 def _sweep_end(curve: LevelCurve, piece: Piece, row: int, value: float, orbit: Orbits) -> SweepEnd:
-    """The motion at a value of the swept parameter, next to a row of a piece."""
-    # Next to a fold the phase goes with the root of the coordinate: the end may be farther than `FARTHEST`, but not
+    """The motion at a value of the swept parameter, solved for from a row of a piece."""
+    # Next to a fold the phase changes with the root of the coordinate: the end may be farther than `FARTHEST`, but not
     # farther than the next sample.
     reach = abs(remainder(orbit.phi[row] - orbit.phi[1 if row == 0 else -2], 2 * pi))
     with suppress(NumericalError, ArithmeticError), in_decimals():
@@ -297,7 +312,7 @@ def _sweep_end(curve: LevelCurve, piece: Piece, row: int, value: float, orbit: O
 def solve_one_to_one(
     grouped: Callable[[Any], Varied], motion: Motion, condition: Condition, symmetric: bool
 ) -> tuple[Solved, tuple[int, ...]]:
-    """Solve for a 1:1 motion at which a condition holds; within `in_decimals`.
+    """Solve in decimals for a 1:1 motion at which a condition holds; within `in_decimals`.
 
     Parameters
     ----------
@@ -314,7 +329,7 @@ def solve_one_to_one(
     -------
     Solved
     tuple of int
-        The impacts of it that are touches.
+        Those of its impacts that are touches.
 
     Raises
     ------
@@ -345,7 +360,7 @@ def solve_one_to_one(
 
 
 def _pressing(word: Word, leaves: int, acceleration: float) -> Equation:
-    """The equation that the ball is pressed to the membrane of an impact with an acceleration."""
+    """The equation that the ball is accelerated towards the membrane of impact `leaves` by a given amount."""
     wall, count = word.walls[leaves], len(word)
 
     def pressing(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
@@ -364,9 +379,9 @@ def point_of(
     solved : Solved
     event : Event
     value : Decimal
-        What varies.
+        The swept parameter.
     rests : sequence of int
-        Impacts that have no velocity, by the condition; what the decimals leave of it is rounding.
+        Impacts that have no velocity by the condition: in decimals a rounding is left of it.
     touches : sequence of int
         Those of them that stand for touches of a 1:1 motion.
     """
@@ -378,7 +393,8 @@ def point_of(
     rounded = float(value)
     error = max(abs(float(value - Decimal(rounded))), float(np.spacing(abs(rounded))))
     motion = Motion(word, velocity, time, float(solved.x[-1]))
-    # The closed form knows no touches: a 1:1 motion that grazes has further impacts here, at rest, which are left out.
+    # A 1:1 motion that grazes has further impacts, its touches: without them it is one in the variables of the closed
+    # form.
     struck = [i for i in range(count) if i not in touches]
     if [word.walls[i] for i in struck] != [1, -1]:
         return Point(event, motion, d, gbar, rounded, error)
@@ -399,13 +415,13 @@ def point_of(
 
 
 def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, float]:
-    """Place of a 1:1 motion, q - 1/2 and phase in [0, 2 pi), correctly rounded; within `in_decimals`.
+    """Place (q - 1/2, phase in [0, 2 pi)) of a 1:1 motion, correctly rounded; within `in_decimals`.
 
     Parameters
     ----------
     solved : Solved
     bottom, top : int
-        Its impacts; others are touches.
+        Numbers of its impacts on the membranes; all others are touches.
     """
     # q - 1/2 is taken in decimals: next to a horizontal capsule it is as small as gbar, and q itself has none of its
     # digits.
@@ -418,7 +434,7 @@ def place_of(solved: Solved, bottom: int = 0, top: int = 1) -> tuple[float, floa
 
 
 def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> OneToOne:
-    """Complete the numbers of a 1:1 motion, with their bounds, by the phase at the top."""
+    """The 1:1 motion with these numbers and bounds, completed by the phase at the top and its bound."""
     u, phi = numbers["u"], numbers["phi_bottom"]
     # The phase at the top is phi + pi T q, T = 2n, so phi + 2 pi n u and n half turns: these as a sign, as a whole turn
     # in doubles is not one, and a phase just below it would become zero, at the other end of a figure.
@@ -430,15 +446,16 @@ def one_to_one(n: int, numbers: dict[str, float], bounds: dict[str, float]) -> O
 
 
 def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:
-    """The motion of numbers of the closed form, or of arrays of length one.
+    """The impacts of a motion in closed form.
 
     Parameters
     ----------
     orbit : Orbits
+        Numbers, or arrays of length one.
     n : int
         Forcing periods per motion.
     coordinate : float
-        What varies.
+        Of the sweep.
     """
     start, up = (float(np.ravel(column)[0]) for column in (orbit.phi, orbit.time_up))
     velocity = np.ravel([orbit.velocity_bottom, orbit.velocity_top])
@@ -446,18 +463,19 @@ def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:
 
 
 def _solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach: float) -> Solved:
-    """The motion at a value of the swept parameter; within `in_decimals`.
+    """Solve in decimals for the motion at a value of the swept parameter; within `in_decimals`.
 
     Parameters
     ----------
     sweep : Sweep
     value : float
+        In the parameter's unit.
     orbit : Orbits
         A guess at the motion.
     symmetric : bool
         Whether the motion is symmetric.
     reach : float
-        How far from it the motion may be.
+        Farthest that the motion may be from the guess, in time [t_c].
 
     Raises
     ------
@@ -474,13 +492,16 @@ def _solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach
 
 
 def place_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool) -> tuple[float, float]:
-    """Place of the motion at a value of the swept parameter, q - 1/2 and phase, correctly rounded; see `_solved_at`."""
+    """Place (q - 1/2, phase) of the motion at a value of the swept parameter, correctly rounded.
+
+    Parameters and errors are those of `_solved_at`.
+    """
     with in_decimals():
         return place_of(_solved_at(sweep, value, orbit, symmetric, FARTHEST))
 
 
 def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
-    """The motion of a sweep at an event to the last digit, from the motion in doubles.
+    """The point of an event, solved for in decimals from the motion of any word in doubles.
 
     Parameters
     ----------
@@ -492,11 +513,11 @@ def polished(sweep: Sweep, motion: Motion, event: Event) -> Point:
     Returns
     -------
     Point
-        The motion in doubles, with an infinite error bound, where the conditions do not settle.
+        With the motion in doubles and an infinite error bound if the conditions do not settle.
     """
     model = model_of(sweep, FLOATS)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
-    # Delta = tr^2 - 4 det is zero at two traces of opposite sign: the double has chosen one.
+    # Delta = tr^2 - 4 det is zero at two traces of opposite sign: the motion in doubles says which.
     sign = -1 if event is Event.NODE_FOCUS and trace(motion.word, x, model) < 0 else 1
     condition = Condition(event, motion.rests, sign)
     if event is Event.GRAZING and not motion.rests:

@@ -1,10 +1,13 @@
-"""All 1:1 motions at many design points at once, without a guess.
+"""All 1:1 motions at many design points at once, without a guess and without a sweep.
 
-Given q, the equations (3.9)-(3.11) are linear in the velocity, sin(phi) and cos(phi). Cramer's rule gives the latter
-two as (gbar a + d b)/Delta with functions a, b and Delta of q alone, and a motion is a zero of the scalar function
-G(u) = |gbar a + d b|^2 - Delta^2, u = q - 1/2. The functions are entire for every restitution, unlike the coefficients
-of the surface in `orbits`, which have poles next to the real line; so one grid of u, made once, serves all design
-points. A change of sign between two samples is a zero; two or three zeros between two samples show in the slopes there.
+For a given q, the equations (3.9)-(3.11) are linear in the velocity, sin(phi) and cos(phi). Cramer's rule gives the
+latter two as (gbar a + d b)/Delta with functions a, b and Delta of q alone, and a motion is a zero of the scalar
+function G(u) = |gbar a + d b|^2 - Delta^2, u = q - 1/2. The functions are entire for every restitution, unlike the
+coefficients of the surface in `orbits`, which have poles next to the real line; so one grid of u, made once, serves all
+design points. A change of sign between two samples is a zero; two or three zeros between them show in the slopes.
+The general search of `plane`, which also knows harmonics and friction, takes 6 to 13 times as long.
+
+Read `find_motions`, then `_zeros` (the search) and `forms` (the functions).
 """
 
 from __future__ import annotations
@@ -46,18 +49,18 @@ SCALES = (1.0, 1e-2, 1e-6, 1e-15)
 inclination, the nearer to u = 0 its grid has to begin."""
 
 HORIZONTAL = len(SCALES)
-"""What stands in the place of a range of gbar where there is no gravity along the capsule and n is odd."""
+"""Number of the grid for design points without gravity along the capsule, for odd n and membranes that are alike."""
 
 BLOCK_POINTS, BLOCK_VALUES = 8192, 60_000
-"""Design points whose zeros are finished at once, and samples of G that are held at once: they stay in the processor's
+"""Design points whose zeros are refined at once, and samples of G in memory at once: they stay in the processor's
 cache."""
 
 FEWEST_SHARING = 64
 """Design points with one restitution, on average, from which it pays to tabulate what they share."""
 
 DOUBTFUL = 1e-2
-"""Share of the larger end value that an extremum between two samples must keep to be no pair of zeros. A cubic
-through values and slopes of two samples is wrong by less than a tenth of it."""
+"""Value of an extremum between two samples, over the larger value at these, below which it may hide a pair of zeros.
+The cubic through values and slopes of two samples is wrong by less than a tenth of it."""
 
 LAST_STEP = 2e-16
 """Step of the search for a zero, as a share of u, at which it ends."""
@@ -66,16 +69,16 @@ FLAT = 1e-9
 """Step of the search for an extremum, as a share of u, at which it ends: half the digits of u give all of G there."""
 
 AT_SYMMETRY = 1e-13
-"""|u| below which a zero that is left after the symmetric family was divided out is a pitchfork, a symmetric motion."""
+"""|u| below which a zero of G, from which the symmetric family has been divided out, is a pitchfork."""
 
 
 class PointwiseMotions(Struct, frozen=True, eq=False):
-    """Motions of many design points, ordered by design point and then by q; arrays of one length.
+    """1:1 motions of many design points, ordered by design point and then by q; arrays of one length.
 
     Attributes
     ----------
     cell : ndarray of int
-        Which design point.
+        Number of the design point of each motion.
     orbit : Orbits
         With velocity_bottom > 0 > velocity_top, and gbar and d of the design point.
     trace : ndarray
@@ -90,7 +93,7 @@ class PointwiseMotions(Struct, frozen=True, eq=False):
     wall_gap: Floats
 
     def motion(self, row: int, n: int) -> Motion:
-        """One of them, in n forcing periods, by its impacts; what varies is d."""
+        """The motion of a row, which takes n forcing periods, by its impacts; its coordinate is d."""
         orbit = self.orbit
         start = float(np.mod(orbit.phi[row], 2 * pi)) / pi
         velocity = np.array([orbit.velocity_bottom[row], orbit.velocity_top[row]])
@@ -103,7 +106,15 @@ class PointwiseMotions(Struct, frozen=True, eq=False):
         return np.asarray(self.wall_gap > 0)
 
     def stable(self, r: Any, slack: float = 0.0) -> Mask:
-        """Whether motions are stable and admissible, or lack up to `slack` of it; r is that of each design point."""
+        """Whether motions are stable and admissible.
+
+        Parameters
+        ----------
+        r : array_like or Restitutions
+            Of the design points.
+        slack : float
+            By how much the trace and the gap may miss their limits.
+        """
         of_cell = map_restitution(r, lambda x: x.real[self.cell])
         decay = lap_decay(of_cell) if isinstance(of_cell, Restitutions) else of_cell**2
         within = np.abs(self.trace.real) < TRACE_LEVELS[Event.FOLD](decay) + slack
@@ -111,7 +122,7 @@ class PointwiseMotions(Struct, frozen=True, eq=False):
 
 
 def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
-    """Every 1:1 motion at each of many design points, admissible or not.
+    """Find every 1:1 motion at each of many design points, admissible or not.
 
     Parameters
     ----------
@@ -131,11 +142,12 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     every = np.arange(len(groups.d))
     kinds: list[tuple[Ints, Any, Any]] = [(every, r, of_cells)]  # cells, their restitutions, those of all cells
     if isinstance(of_cells, Restitutions):
-        # Among membranes that differ there may be some that do not: of these all symmetric motions are at u = 0.
+        # Some points may have two membranes that are alike all the same: their symmetric motions are at u = 0 exactly,
+        # and only the forms for one restitution divide these out.
         alike = of_cells.bottom == of_cells.top
-        one = of_cells.bottom
+        common = of_cells.bottom
         kinds = [
-            (every[alike], one[alike], one),
+            (every[alike], common[alike], common),
             (every[~alike], map_restitution(of_cells, itemgetter(~alike)), of_cells),
         ]
     parts = [(np.empty(0, dtype=np.intp), np.empty(0), np.empty(0))]
@@ -158,7 +170,7 @@ def find_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
 
 
 def _different(r: Any) -> list[Any]:
-    """The restitutions that there are among those of design points, in order."""
+    """The different restitutions, or pairs of them, among those of design points, ascending."""
     if not isinstance(r, Restitutions):
         return sorted(set(np.ravel(r).tolist()))
     columns = (np.ravel(of_wall).tolist() for of_wall in np.broadcast_arrays(r.bottom, r.top))
@@ -166,16 +178,30 @@ def _different(r: Any) -> list[Any]:
 
 
 def _is(r: Any, value: Any) -> Mask:
-    """Which design points have one restitution, or pair of restitutions."""
+    """Whether each design point has a given restitution, or pair of restitutions."""
     if not isinstance(r, Restitutions):
         return np.asarray(r == value)
     return np.asarray((r.bottom == value.bottom) & (r.top == value.top))
 
 
 def _portions(cells: Ints, groups: Groups[Any], n: int, shared: Any) -> Iterator[tuple[Ints, Points]]:
-    """Cut design points into portions that fit the cache, each on the grid that its gbar needs.
+    """Divide design points into portions that fit the cache, each with the grid of u that its gbar needs.
 
-    `shared` is the restitution that all of `cells` have, None where they differ.
+    Parameters
+    ----------
+    cells : ndarray of int
+        The design points.
+    groups : Groups
+        Of all design points.
+    n : int
+        Forcing periods per motion.
+    shared : float or Restitutions or None
+        Restitution of all `cells`; None where they differ.
+
+    Yields
+    ------
+    ndarray of int, Points
+        Numbers of the design points of a portion, and their search.
     """
     d, gbar, r, *_ = groups
     if shared is not None:
@@ -198,7 +224,7 @@ def _portions(cells: Ints, groups: Groups[Any], n: int, shared: Any) -> Iterator
 
 
 def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tuple[Ints, Floats, Floats]:
-    """Add the symmetric motions of a horizontal capsule: d_sine sin + d_cosine cos = d at u = 0 has two phases."""
+    """Add the symmetric motions of horizontal capsules to those found: d_sine sin + d_cosine cos = d at u = 0."""
     k = coefficients(np.zeros_like(points.d), points.r, points.n)
     # Written d = R cos(phi - middle): two phases where d < R, one where they meet in a fold, none beyond.
     ratio = points.d / np.hypot(k.d_sine, k.d_cosine)
@@ -214,7 +240,7 @@ def _with_symmetric(which: Ints, u: Floats, phi: Floats, points: Points) -> tupl
 
 
 def _evaluated(cell: Ints, u: Floats, phi: Floats, groups: Groups[Any], n: int) -> PointwiseMotions:
-    """Evaluate the solutions at places of design points, in order; left out are those with a velocity of wrong sign."""
+    """Evaluate solutions at places (u, phi) of design points, in order, without those that strike from behind."""
     d, gbar, r, _, friction = groups
     order = np.lexsort((phi, u, cell))
     cell = cell[order]
@@ -222,28 +248,39 @@ def _evaluated(cell: Ints, u: Floats, phi: Floats, groups: Groups[Any], n: int) 
     orbit = orbits_of(
         Dynamics(map_restitution(r, itemgetter(cell)), n, groups.same_harmonics, rubbed), u[order], phi[order]
     )
-    # G knows squares only: what it finds may strike the membranes from behind.
-    right = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
-    orbit, cell = orbit.select(right), cell[right]
+    # G is a sum of squares and does not know the signs of velocities: some of its zeros strike a membrane from behind.
+    forward = (orbit.velocity_bottom > 0) & (orbit.velocity_top < 0)
+    orbit, cell = orbit.select(forward), cell[forward]
     orbit = replace(orbit, gbar=gbar[cell], d=d[cell])
     restitution = map_restitution(r, itemgetter(cell))
     return PointwiseMotions(cell, orbit, np.asarray(return_trace(orbit, restitution)), wall_gap(orbit, restitution))
 
 
 def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
-    """The motions of `find_motions` with their derivatives, exact, as imaginary parts.
+    """The motions of `find_motions` with exact derivatives as imaginary parts.
 
     Parameters
     ----------
     groups : Groups
-        Complex arrays of shape (cells,), with imaginary parts of the size of `IMAGINARY_STEP`: over it, they are the
-        derivatives with respect to something.
+        Complex arrays of shape (cells,); their imaginary parts over `IMAGINARY_STEP` are derivatives by some input.
     n : int
+        Forcing periods per motion.
+
+    Returns
+    -------
+    PointwiseMotions
+        Complex; imaginary parts over `IMAGINARY_STEP` are the derivatives by the same input.
+
+    Raises
+    ------
+    ValueError
+        If the force has harmonics, or the ball friction.
 
     Notes
     -----
-    How (u, phi) move follows from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all else from the
-    formulae. A gap to a membrane changes as the position at the time of the turning point does, where Z' is zero.
+    The derivatives of (u, phi) follow from d(u, phi, r) and gbar(u, phi, r) by the implicit function theorem, all
+    others from the formulae. A gap has the derivative of the position at the time of the turning point, where Z' is
+    zero, so that the time needs none.
     """
     if groups.harmonics or groups.friction is not None:
         raise ValueError("derivatives are of the closed form of a force that is a sine, without friction")
@@ -251,17 +288,16 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
     d, gbar, r, *_ = groups.map_numbers(itemgetter(motions.cell))
     u, phi, real = motions.orbit.u, motions.orbit.phi, map_restitution(r, np.real)
     # Two real derivatives, by u and by phi, and the part of d and gbar that r moves with u and phi held.
-    along_u, along_phi, at = (
-        orbits(*place, n)
-        for place in ((u + 1j * IMAGINARY_STEP, phi, real), (u, phi + 1j * IMAGINARY_STEP, real), (u + 0j, phi, r))
-    )
-    of_d, of_gbar = d.imag - at.d.imag, gbar.imag - at.gbar.imag
+    by_u = orbits(u + 1j * IMAGINARY_STEP, phi, real, n)
+    by_phi = orbits(u, phi + 1j * IMAGINARY_STEP, real, n)
+    by_r = orbits(u + 0j, phi, r, n)
+    of_d, of_gbar = d.imag - by_r.d.imag, gbar.imag - by_r.gbar.imag
     with np.errstate(all="ignore"):  # on a fold there is no derivative
         # Cramer's rule for [d_u d_phi; gbar_u gbar_phi] (u', phi') = (d' - d_r r', gbar' - gbar_r r'). Every imaginary
         # part carries IMAGINARY_STEP once: so does the quotient.
-        determinant = (along_u.d.imag * along_phi.gbar.imag - along_phi.d.imag * along_u.gbar.imag) / IMAGINARY_STEP
-        u = u + 1j * (of_d * along_phi.gbar.imag - of_gbar * along_phi.d.imag) / determinant
-        phi = phi + 1j * (of_gbar * along_u.d.imag - of_d * along_u.gbar.imag) / determinant
+        determinant = (by_u.d.imag * by_phi.gbar.imag - by_phi.d.imag * by_u.gbar.imag) / IMAGINARY_STEP
+        u = u + 1j * (of_d * by_phi.gbar.imag - of_gbar * by_phi.d.imag) / determinant
+        phi = phi + 1j * (of_gbar * by_u.d.imag - of_d * by_u.gbar.imag) / determinant
     orbit = replace(orbits(u, phi, r, n), gbar=gbar, d=d)
     gap = d.copy()
     for impact, turn in flight_turns(motions.orbit, motions.orbit.flights(real), nearest=True):
@@ -273,7 +309,7 @@ def differentiated_motions(groups: Groups[Any], n: int) -> PointwiseMotions:
 
 
 class Forms(Struct, frozen=True, eq=False):
-    """The functions of u in sin(phi) = (gbar sine_gbar + d sine_d)/delta, and likewise for the cosine; arrays."""
+    """Functions of u and r with sin(phi) = (gbar sine_gbar + d sine_d)/delta, and likewise for the cosine; arrays."""
 
     sine_gbar: Any
     sine_d: Any
@@ -366,7 +402,7 @@ def _grid(r: Any, n: int, scale: int) -> Floats:
 
 @lru_cache(maxsize=64)
 def _tables(r: Any, n: int, scale: int) -> tuple[Floats, Floats]:
-    """A, B, C, D of G = gbar^2 A + gbar d B + d^2 C - D on the grid, and their slopes: one for all points of one r."""
+    """A, B, C, D of G = gbar^2 A + gbar d B + d^2 C - D on the grid, (4, len(grid)), and their derivatives by u."""
     f = forms(_grid(r, n, scale) + 1j * IMAGINARY_STEP, r, n, scale == HORIZONTAL)
     # G = |gbar a + d b|^2 - Delta^2 is a quadratic form in (gbar, d): its coefficients are functions of u and r alone.
     cross = 2 * (f.sine_gbar * f.sine_d + f.cosine_gbar * f.cosine_d)
@@ -375,9 +411,21 @@ def _tables(r: Any, n: int, scale: int) -> tuple[Floats, Floats]:
 
 
 class Points(Struct, frozen=True, eq=False):
-    """Design points (arrays d, gbar, r) that share a grid of u, and tables where they have one restitution.
+    """Design points that share a grid of u, with the function G whose zeros are their motions.
 
-    `divided` says whether the symmetric family is divided out, see `forms`.
+    Attributes
+    ----------
+    u : ndarray
+        The grid, ascending.
+    n : int
+        Forcing periods per motion.
+    divided : bool
+        Whether the symmetric family is divided out, see `forms`.
+    d, gbar : ndarray
+        Of the design points.
+    r : ndarray or Restitutions
+    tables : tuple of ndarray or None
+        See `_tables`; None where the restitutions differ.
     """
 
     u: Floats
@@ -389,7 +437,7 @@ class Points(Struct, frozen=True, eq=False):
     tables: tuple[Floats, Floats] | None
 
     def on_grid(self, part: slice) -> tuple[Floats, Floats]:
-        """G and its slope on the whole grid, of some of the points."""
+        """G and its derivative by u on the whole grid, (points, grid), for some of the points."""
         d, gbar = self.d[part], self.gbar[part]
         if self.tables is None:
             f = forms(
@@ -405,7 +453,7 @@ class Points(Struct, frozen=True, eq=False):
         return values, slopes
 
     def value(self, which: Ints, u: Any) -> tuple[Any, Any, Any, Any]:
-        """G, the two numerators and the denominator, at one u for each of the points `which`."""
+        """G, the numerators of sin(phi) and cos(phi), and their denominator, at a u for each of the points `which`."""
         f = forms(u, map_restitution(self.r, itemgetter(which)), self.n, self.divided)
         d, gbar = self.d[which], self.gbar[which]
         sine, cosine = d * f.sine_d, d * f.cosine_d
@@ -414,7 +462,7 @@ class Points(Struct, frozen=True, eq=False):
         return sine * sine + cosine * cosine - f.delta * f.delta, sine, cosine, f.delta
 
     def value_and_slope(self, which: Ints, u: Floats) -> tuple[Floats, Floats]:
-        """Value of G and its derivative by u."""
+        """G and its derivative by u, at one u for each of the points `which`."""
         f = self.value(which, u + 1j * IMAGINARY_STEP)[0]
         return f.real, f.imag / IMAGINARY_STEP
 
@@ -435,7 +483,7 @@ class Brackets(Struct, frozen=True, eq=False):
         return Brackets(*(getattr(self, name)[index] for name in Brackets.__struct_fields__))
 
     def halves(self, u: Floats, value: Floats, slope: Floats) -> list[Brackets]:
-        """The parts below and above a u with that value and slope."""
+        """The parts of each bracket below and above a u, at which G has this value and slope."""
         return [
             replace(self, high=u, value_high=value, slope_high=slope),
             replace(self, low=u, value_low=value, slope_low=slope),
@@ -443,18 +491,19 @@ class Brackets(Struct, frozen=True, eq=False):
 
     @property
     def cubic(self) -> tuple[Floats, Floats, Floats]:
-        """Coefficients of x, x^2 and x^3 of the cubic through values and slopes, x being the share of the interval."""
+        """Coefficients of x, x^2 and x^3 of the cubic through values and slopes, x from 0 to 1 over the interval."""
         rise, width = self.value_high - self.value_low, self.high - self.low
         at_low, at_high = self.slope_low * width, self.slope_high * width
         return at_low, 3 * rise - 2 * at_low - at_high, at_low + at_high - 2 * rise
 
 
 def _joined(parts: list[Brackets]) -> Brackets:
+    """Several sets of brackets as one."""
     return Brackets(*(np.concatenate([getattr(part, name) for part in parts]) for name in Brackets.__struct_fields__))
 
 
 def _zeros(points: Points) -> tuple[Ints, Floats, Floats]:
-    """All zeros of G: the design point that each belongs to, u to the last digit that G has, and the phase."""
+    """Find all zeros of G: number of the design point, u to the last digit that G has, and phase [rad]."""
     b = _brackets(points)
     share, slope = cubic_root(b.value_low, b.value_high - b.value_low, b.cubic)
     phi, width = np.zeros_like(share), b.high - b.low
@@ -472,7 +521,7 @@ def _zeros(points: Points) -> tuple[Ints, Floats, Floats]:
 
 
 def _brackets(points: Points) -> Brackets:
-    """Every interval of u with one zero of G in it."""
+    """Bracket every zero of G by an interval of u."""
     crossing: list[Brackets] = []
     dipping: list[Brackets] = []
     doubled: list[Brackets] = []
@@ -483,7 +532,7 @@ def _brackets(points: Points) -> Brackets:
         near = np.zeros_like(crosses)
         near[:, 1:] |= crosses[:, :-1]
         near[:, :-1] |= crosses[:, 1:]
-        # Next to a crossing an interval without a change of sign may belong to the same three zeros.
+        # An interval without a change of sign, next to one with, may hold two of three close zeros.
         near &= ~(crosses | turns)
         for where, brackets in ((crosses, crossing), (dips, dipping), (near, doubled)):
             k, i = np.divmod(np.flatnonzero(where), where.shape[1])
@@ -496,7 +545,7 @@ def _brackets(points: Points) -> Brackets:
 
 
 def _pattern(low: Floats, high: Floats, slope_low: Floats, slope_high: Floats) -> tuple[Mask, Mask, Mask]:
-    """Where G changes sign; where it has one sign and an extremum that points towards zero; where its slope turns."""
+    """Masks of intervals: G changes sign; keeps it with an extremum towards zero between; its slope changes sign."""
     positive, rising = high > 0, slope_high > 0
     crosses = positive != (low > 0)
     turns = rising != (slope_low > 0)
@@ -504,14 +553,22 @@ def _pattern(low: Floats, high: Floats, slope_low: Floats, slope_high: Floats) -
 
 
 def _unfolded(points: Points, crossing: Brackets, doubled: Brackets) -> tuple[Brackets, Brackets]:
-    """Find intervals in which G turns twice, as it does next to a cusp of its zeros, and halve them in between.
+    """Separate the intervals in which G has two extrema, as next to a cusp of its zeros, and cut them between these.
+
+    Parameters
+    ----------
+    points : Points
+    crossing : Brackets
+        Intervals in which G changes its sign.
+    doubled : Brackets
+        Their neighbours, in which it does not.
 
     Returns
     -------
-    Brackets
-        The crossings that do not.
-    Brackets
-        Both halves of those that do, of `crossing` and of the neighbours `doubled`, where three zeros are close.
+    plain : Brackets
+        The intervals of `crossing` without two extrema.
+    halves : Brackets
+        Both parts of all intervals with two.
     """
     both = _joined([crossing, doubled])
     c1, c2, c3 = both.cubic
@@ -526,7 +583,7 @@ def _unfolded(points: Points, crossing: Brackets, doubled: Brackets) -> tuple[Br
 
 
 def _split(points: Points, b: Brackets) -> list[Brackets]:
-    """Cut intervals at the extremum of G, where it has another sign there."""
+    """Cut intervals at the extremum of G, if G has the other sign at it; others are left out."""
     c1, c2, c3 = b.cubic
     slope_at_end = c1 + 2 * c2 + 3 * c3
     # The extremum -c1/(c2 +- root), not (-c2 +- root)/(3 c3): c3 may vanish. The slope rises through zero at that with

@@ -1,7 +1,8 @@
-"""Motions singled out by an equation, to the last digit of a double: solved for in decimals, with error bounds.
+"""Newton's method in decimals for a motion at which one further equation holds, as at a critical point.
 
-The unknowns are those of every motion, velocities and times of its impacts, and what varies of the device. A touch of
-a membrane is an impact of velocity zero, so that grazing needs no further equations.
+The unknowns are velocities and times of the impacts, and what varies of the device. A touch of a membrane is an impact
+of velocity zero, so that grazing needs no further unknowns. With 45 digits the result is correct to the last digit of a
+double even where half of them cancel.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ DECIMALS = DecimalOps()
 """Numbers in which motions are solved for, with `DIGITS` digits within `in_decimals`."""
 
 SETTLED = 1e-32
-"""Correction still due that ends the search: the difference of nearly equal flight times keeps its digits."""
+"""Size of the next correction that ends the search: small enough for the difference of nearly equal flight times."""
 
 FARTHEST = 1e-3
 """Distance from the guess beyond which a solution is another motion, or none."""
@@ -49,11 +50,11 @@ FINE_STEP = Decimal("1e-18")
 """Step of differences in decimals: far below any scale of a motion, far above their rounding."""
 
 Function = Callable[[list[Any]], list[Any]]
-"""Unknowns -> residuals, as many of them."""
+"""(unknowns) -> residuals, as many as unknowns."""
 
 
 def in_decimals() -> AbstractContextManager[Context]:
-    """Context within which `DECIMALS` has its digits."""
+    """Context in which decimals have `DIGITS` digits: all functions that say so must be called in it."""
     return localcontext(prec=DIGITS)
 
 
@@ -76,7 +77,7 @@ def newton(
     reach : float
         Farthest from the guess that the solution may be.
     watched : slice
-        The unknowns that must not go farther.
+        The unknowns to which `reach` applies.
 
     Raises
     ------
@@ -96,8 +97,8 @@ def newton(
             size = float(np.abs(step).max())
             if not max(abs(float(a - b)) for a, b in zip(x[watched], start[watched], strict=True)) < reach:
                 raise NumericalError(f"{_near(guess)} was lost (correction {size:.1g})")
-            # With one Jacobian each correction is about the same share of the last: so the next one can be told
-            # beforehand.
+            # With one Jacobian each correction is about the same share of the last one: size^2/last is the size of the
+            # next, which need not be made if it is below `SETTLED`.
             if size < SETTLED or (last and size * size < SETTLED * last and size < last):
                 return x
             if last and size > SLOW * last:
@@ -107,17 +108,17 @@ def newton(
 
 
 def _near(guess: Sequence[Any]) -> str:
-    """Words for the motion at which Newton's method fails."""
+    """Words for the motion at which Newton's method fails, by its unknowns."""
     return f"the motion near {', '.join(f'{float(value):.6g}' for value in guess)}"
 
 
 def _differences(exact: Function, x: list[Decimal]) -> Floats:
-    """Derivatives by central differences in decimals."""
+    """Jacobian by central differences in decimals, rounded to doubles."""
     columns = []
     for i, value in enumerate(x):
         step = FINE_STEP * max(abs(value), FINE_STEP)
-        ends = (exact([*x[:i], value + sign * step, *x[i + 1 :]]) for sign in (1, -1))
-        columns.append([float((a - b) / (2 * step)) for a, b in zip(*ends, strict=True)])
+        ahead, behind = (exact([*x[:i], value + sign * step, *x[i + 1 :]]) for sign in (1, -1))
+        columns.append([float((a - b) / (2 * step)) for a, b in zip(ahead, behind, strict=True)])
     return np.array(columns).T
 
 
@@ -138,17 +139,17 @@ def _inverse(matrix: Floats) -> Floats:
 
 
 class Solved(Struct, frozen=True, eq=False):
-    """A motion solved in decimal numbers.
+    """A motion in decimals.
 
     Attributes
     ----------
     word : Word
     x : list of Decimal
-        Velocities and times of its impacts, and what varies.
-    groups : tuple of Decimal
-        d, gbar and r there.
+        Velocities and times of its impacts [y_c, t_c], and what varies.
+    groups : Groups of Decimal
+        Of the device that has it.
     symmetric : bool
-        Whether it is symmetric, by the unknowns that it was solved for.
+        Whether it was solved for as a motion that is its own mirror image: it then is one exactly.
     """
 
     word: Word
@@ -157,10 +158,10 @@ class Solved(Struct, frozen=True, eq=False):
     symmetric: bool
 
     def mirrored(self, first: int) -> Solved:
-        """The mirror image, counted from one of the impacts; within `in_decimals`."""
+        """The mirror image with its impacts counted from the image of impact `first`; within `in_decimals`."""
         count, period = len(self.word), 2 * self.word.periods
         velocity, time = self.x[:count], self.x[count : 2 * count]
-        # Half a forcing period later, and less whole ones: the first impact comes within the first one.
+        # The image is half a forcing period later, less whole periods: its first impact is within the first period.
         late = 1 - 2 * ((time[first] + 1) // 2)
         x = [
             *(-v for v in (*velocity[first:], *velocity[:first])),
@@ -182,15 +183,21 @@ def solve_motion(
     Parameters
     ----------
     grouped : callable
-        What varies of the device, in a kind of number: `DECIMALS`, `ARRAYS` or `FLOATS`.
+        (kind of number) -> how the groups depend on what varies; called with `DECIMALS`, `ARRAYS` and `FLOATS`.
     guess : Motion
         Good to a few digits, with its touches as impacts of velocity zero.
     equation : callable
+        Zero at the motion that is solved for.
     symmetric : bool
-        Whether the motion is symmetric. The second half of its impacts is then that of the first half, and
-        only this is solved for: with all unknowns the equations are singular at a pitchfork, and q = 1/2 is not exact.
+        Whether the motion is its own mirror image. Then only the first half of its impacts is solved for, of which the
+        second half is the image: with all unknowns the equations are singular at a pitchfork, and q = 1/2 is not exact.
     reach : float
-        Farthest from the guess that the motion may be, in time: next to r = 1 velocities go far with it.
+        Farthest that the motion may be from the guess, in time [t_c]. Velocities are not limited: next to r = 1 they
+        change much with small changes of time.
+
+    Returns
+    -------
+    Solved
 
     Raises
     ------
@@ -200,13 +207,14 @@ def solve_motion(
     word, count = guess.word, len(guess.word)
     half, k = count // 2, guess.word.periods
     back = [i for i, wall in enumerate(word.walls) if wall == word.walls[(i + 1) % count]]
-    # What is held depends on the kind of number alone: worked out at each correction it took a tenth of the time.
+    # Made once and not in `conditions`: worked out anew at each correction they took a tenth of the time.
     exact, arrays, floats = (grouped(ops) for ops in (DECIMALS, ARRAYS, FLOATS))
 
     def whole(y: list[Any]) -> list[Any]:
+        """All unknowns of the motion, from those that are solved for."""
         if not symmetric:
             return y
-        # After half a period of the motion, k t_c, every impact is the mirror image of what it was.
+        # After half a period of the motion, k t_c, every impact is the mirror image of one half a period before.
         velocity, time = y[:half], y[half:-1]
         return [*velocity, *(-v for v in velocity), *time, *(t + k for t in time), y[-1]]
 

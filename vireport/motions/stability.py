@@ -1,7 +1,7 @@
 """The linearised return map of a motion, and Table 1's types of motion.
 
-Turns motions into the trace of DP = DP2 DP1 and classifies by the trace alone: det DP = r^4 exactly, or (r_b r_t)^2,
-so the trace decides everything, and near Delta = 0 rounded eigenvalues would have lost half their digits.
+The return map of a 1:1 motion is DP = DP2 DP1, the Jacobians of both flights. det DP = r^4 exactly, or (r_b r_t)^2, so
+the trace decides the type; near Delta = 0 rounded eigenvalues would have lost half their digits.
 """
 
 from __future__ import annotations
@@ -23,9 +23,8 @@ Floats = NDArray[np.float64]
 class Stability(StrEnum):
     """Type of a motion, as in Table 1.
 
-    An unstable focus cannot be: ``|lambda| = r^2 < 1`` where the eigenvalues are complex.
-
-    Arrays hold `code`, the place of a member among the others.
+    There is no unstable focus: ``|lambda| = r^2 < 1`` where the eigenvalues are complex. Arrays hold `code` instead of
+    members.
     """
 
     STABLE_NODE = "stable node"
@@ -61,31 +60,26 @@ Jacobian = tuple[Any, Any, Any, Any]
 
 
 def flight_jacobian(
-    duration: Any,
-    velocity_before: Any,
-    velocity_end: Any,
-    acceleration_start: Any,
-    acceleration_end: Any,
-    r: Any,
-    slope: Any = None,
+    duration: Any, velocities: tuple[Any, Any], accelerations: tuple[Any, Any], r: Any, slope: Any = None
 ) -> Jacobian:
-    """Jacobian of one flight map (time, velocity) -> (next time, next velocity), row by row.
+    """Jacobian of a flight map (time, velocity) -> (next time, next velocity), row by row.
 
     Parameters
     ----------
     duration : array_like
         Flight time [t_c].
-    velocity_before, velocity_end : array_like
-        Velocities before the impact that starts the flight, and before the one that ends it [y_c]; the latter not zero.
-    acceleration_start, acceleration_end : array_like
+    velocities : tuple of array_like
+        Just before the impact that begins the flight, and just before the one that ends it [y_c]; the latter not zero.
+    accelerations : tuple of array_like
         gbar + cos(phase) at the two impacts [-].
     r : float
-        Restitution coefficient of the impact that starts the flight.
+        Restitution coefficient of the impact that begins the flight [-].
     slope : float, optional
-        Minus the derivative of the velocity after that impact by the one before it, where it is not r.
+        -dZ'+/dZ'- of that impact, where it is not r.
 
     Source: Eqs. (A.1) and (A.2), whose denominators are minus the velocity that ends the flight, by (3.8).
     """
+    (velocity_before, velocity_end), (acceleration_start, acceleration_end) = velocities, accelerations
     time_time = (acceleration_start * duration - r * velocity_before) / velocity_end
     slope = r if slope is None else slope
     time_velocity = slope * duration / velocity_end
@@ -98,7 +92,7 @@ def flight_jacobian(
 
 
 def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
-    """Jacobians of the flight from the bottom to the top impact of a motion, and of the flight back."""
+    """Jacobians DP1 of the flight from the bottom to the top impact of a 1:1 motion, and DP2 of the flight back."""
     at_bottom, at_top = orbit.waves
     r_bottom, r_top = by_wall(r)
     slope_bottom, slope_top = r.slopes if isinstance(r, Restitutions) else (r, r)
@@ -110,15 +104,19 @@ def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
         bottom, top = upward + at_bottom.force, upward + at_top.force
         back, down = downward + at_top.force, downward + at_bottom.force
     return (
-        flight_jacobian(orbit.time_up, orbit.velocity_bottom, orbit.velocity_top, bottom, top, r_bottom, slope_bottom),
-        flight_jacobian(orbit.time_down, orbit.velocity_top, orbit.velocity_bottom, back, down, r_top, slope_top),
+        flight_jacobian(
+            orbit.time_up, (orbit.velocity_bottom, orbit.velocity_top), (bottom, top), r_bottom, slope_bottom
+        ),
+        flight_jacobian(orbit.time_down, (orbit.velocity_top, orbit.velocity_bottom), (back, down), r_top, slope_top),
     )
 
 
 def lap_decay(r: Any) -> Any:
-    """The root of the determinant of DP of a 1:1 motion: r^2, or r_b r_t where the membranes are not alike.
+    """The root of det DP of a 1:1 motion: r^2, or r_b r_t where the membranes are not alike.
 
-    Of restitutions that fall with speed it is (r_b s_b r_t s_t)^(1/2), s the `Restitutions.slopes`.
+    For restitutions that fall with speed it is (r_b s_b r_t s_t)^(1/2), s the `Restitutions.slopes`.
+
+    Source: Eq. (A.3).
     """
     bottom, top = by_wall(r)
     if isinstance(r, Restitutions) and type(r.slope) is not int:
@@ -127,7 +125,7 @@ def lap_decay(r: Any) -> Any:
 
 
 def determinant_of(r: Any) -> Any:
-    """The determinant of DP of a 1:1 motion: r^4, Eq. (A.3), or the square of `lap_decay`."""
+    """Det DP of a 1:1 motion: r^4, Eq. (A.3), or the square of `lap_decay`."""
     return lap_decay(r) ** 2 if isinstance(r, Restitutions) else r**4
 
 
@@ -137,9 +135,10 @@ def return_trace(orbit: Orbits, r: Any) -> Any:
 
 
 def product_trace(flights: Sequence[Jacobian]) -> Any:
-    """Trace of the product of the Jacobians of flights in their order, the last one on the left."""
+    """Trace of the product of the Jacobians of flights, the first flight on the right."""
     first = flights[0]
-    # Written out, not as matrices: the entries may be decimals, balls, or numbers that carry their error.
+    # Written out, not as matrices: the entries may be decimals, balls, or numbers that carry their error. Of the last
+    # product only the diagonal is needed.
     for a, b, c, d in flights[1:-1]:
         e, f, g, h = first
         first = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
@@ -176,10 +175,11 @@ def eigenvalues(trace: Any, decay: float) -> tuple[Any, Any]:
 
 
 def multipliers(trace: Floats, determinant: float | Floats) -> NDArray[np.complex128]:
-    """Both eigenvalues with their imaginary parts, (n, 2): that of larger modulus first, nan where the trace is nan.
+    """Both eigenvalues as complex numbers, (n, 2), that of larger modulus first; nan where the trace is nan.
 
-    `eigenvalues` are their real parts in order of size, as figures show them, with all digits next to Delta = 0.
+    `eigenvalues` has their real parts in order of size, as figures show them, with all digits next to Delta = 0.
     """
+    # The smaller one comes from the product, as the difference would cancel.
     root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
     large = (trace + np.where(trace < 0, -root, root)) / 2
     with np.errstate(invalid="ignore"):  # of nan
@@ -187,7 +187,7 @@ def multipliers(trace: Floats, determinant: float | Floats) -> NDArray[np.comple
 
 
 def classify(trace: Any, decay: Any) -> NDArray[np.int8]:
-    """Table 1's type of each motion as the `code` of a `Stability`, from ``|tr|`` against both borders."""
+    """Table 1's types of motions as codes of `Stability`, from ``|tr|`` against 2 decay and 1 + decay^2."""
     # By the trace itself: next to Delta = 0 rounded eigenvalues are real or complex by chance.
     size, focus, edge = np.abs(trace), TRACE_LEVELS[Event.NODE_FOCUS](decay), TRACE_LEVELS[Event.FOLD](decay)
     return np.where(size < focus, FOCUS, np.where(size < edge, NODE, UNSTABLE)).astype(np.int8)

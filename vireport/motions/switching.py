@@ -1,7 +1,8 @@
-"""The families that meet at a point: how to step off from it onto each.
+"""Branch switching: the families that meet at a vertex, and the first motion of each next to it.
 
 At a grazing point the neighbouring word has an impact of velocity zero; at a period doubling two periods of the motion
-are one of the doubled word; at a pitchfork the symmetric motion meets two that are mirror images of each other.
+are one of the doubled word; at a pitchfork the symmetric motion meets two that are mirror images of each other. Read
+from `openings` on.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ from vireport.base.errors import UsageError
 from vireport.motions.events import Event
 from vireport.motions.paths import Curve, Path, PathPoint
 from vireport.motions.turning import Turn
-from vireport.physics.motion import AT_ZERO, BESIDE, Motion
+from vireport.physics.motion import AT_ZERO, SAME_TOUCH, Motion
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
 
 STEPS_OFF = 1e-3, 1e-4, 1e-5
-"""From the point, by arclength, the first that leads to a motion: far enough for families to differ, and near enough
-for nothing to happen before."""
+"""Arclengths from a vertex to the first motion of a family, in the order in which they are tried: far enough for the
+families to differ, and near enough for no event before it."""
 
 
 MOST = 16
@@ -33,7 +34,7 @@ MOST = 16
 
 
 class Limits(Struct, frozen=True):
-    """Impacts of a motion and forcing periods that it takes, at most."""
+    """Largest numbers of impacts and of forcing periods of the motions that are followed."""
 
     impacts: int
     periods: int
@@ -54,7 +55,7 @@ class Limits(Struct, frozen=True):
                 )
 
     def admit(self, word: Word) -> bool:
-        """Whether motions with these impacts are within the limits."""
+        """Whether motions of a word are within the limits."""
         return len(word) <= self.impacts and word.periods <= self.periods
 
 
@@ -63,38 +64,44 @@ def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
     velocity = motion.velocity.copy()
     velocity[list(motion.rests)] = 0.0
     motion, rests = replace(motion, velocity=velocity), motion.time[list(motion.rests)]
-    # From the last one: an impact that is put in moves the numbers of all that follow.
+    # Backwards: an impact that is put in moves the numbers of all that follow.
     for turn in reversed(list(turns)):
-        if abs(turn.gap) < AT_ZERO and not turn.held and not (np.abs(rests - turn.time) < BESIDE).any():
+        if abs(turn.gap) < AT_ZERO and not turn.held and not (np.abs(rests - turn.time) < SAME_TOUCH).any():
             motion = motion.with_impact(turn.after, turn.wall, turn.time)
     return motion
 
 
 Beginning = tuple[Event | None, Curve, PathPoint, PathPoint]
-"""How a family begins at a vertex, its curve, the vertex, and its first motion; None where it goes through."""
+"""A family at a vertex: the event with which it begins (None where it passes through), its curve, the vertex as a point
+of that curve, and its first motion."""
 
 
 def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[Beginning]:
-    """The families that meet at a point, see `openings`."""
+    """All families that meet at a vertex; parameters are those of `openings`."""
     return chain.from_iterable(beginnings for _, beginnings in openings(curve, motion, event, limits))
 
 
 def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[tuple[int, Iterator[Beginning]]]:
-    """Where families may begin at a point: impacts of their words, the fewest first, and what does begin there.
-
-    Nothing is solved for before a beginning is drawn from the iterator: at a grazing point the words that may begin
-    double with each period, 8,800 of one impact and one touch in up to sixteen.
+    """Candidates for families that begin at a vertex, word by word, the fewest impacts first.
 
     Parameters
     ----------
     curve : Curve
-        Of the family that the point lies on.
+        Of the family that the vertex lies on.
     motion : Motion
-        There; at a grazing point with its touches as impacts, see `touching`.
+        At the vertex; at a grazing point with its touches as impacts, see `touching`.
     event : Event
-        What happens there.
+        Of the vertex.
     limits : Limits
         Of the motions.
+
+    Yields
+    ------
+    int
+        Number of impacts of the word.
+    iterator of Beginning
+        Families of this word that begin at the vertex. Nothing is solved for before the first is drawn: at a grazing
+        point the number of words doubles with each period, 8,800 for one impact and one touch in up to sixteen periods.
     """
     if event in (Event.GRAZING, Event.ZERO_VELOCITY):
         yield from _at_grazing(curve, motion, limits)
@@ -105,6 +112,7 @@ def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iter
 
 
 def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
+    """The families at a period doubling: of the doubled word, and the one that doubles."""
     # lambda = -1 of one period is lambda = 1 of two: as a motion of the doubled word it is a crossing of families, of
     # which one repeats itself after half the impacts.
     twice = motion.times(2)
@@ -117,6 +125,7 @@ def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
 
 
 def _at_pitchfork(curve: Curve, motion: Motion) -> Iterator[Beginning]:
+    """The families at a pitchfork: the two asymmetric ones, and the symmetric one."""
     x = curve.vector(motion)
     away = _across(curve, x, mirror=True)
     yield from ((Event.PITCHFORK, curve, *pair) for pair in off(curve, x, away))
@@ -124,7 +133,7 @@ def _at_pitchfork(curve: Curve, motion: Motion) -> Iterator[Beginning]:
 
 
 def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[tuple[int, Iterator[Beginning]]]:
-    """The families at a grazing point: in each period of some, each touch may be an impact or none."""
+    """Candidates at a grazing point: in one or several periods, each touch may be an impact or not."""
     rests, size = motion.rests, len(motion.word)
     removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
     most = min(limits.periods // motion.word.periods, limits.impacts // (size - len(rests)))
@@ -138,9 +147,11 @@ def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[tuple[
 
 
 def _unrepeated(letters: int, longest: int) -> Iterator[tuple[int, ...]]:
-    """Sequences of numbers below `letters` that are less than all their rotations, by Duval's algorithm.
+    """Sequences of numbers below `letters` that are less than all their rotations (Lyndon words).
 
-    Of those that are the same motion counted from another period one is left, and none that repeats itself.
+    So every motion comes once, not from each of its periods, and no sequence repeats a shorter one.
+
+    Source: J.-P. Duval, Theoretical Computer Science 60 (1988) 255.
     """
     word = [-1]
     while word and longest:
@@ -152,7 +163,18 @@ def _unrepeated(letters: int, longest: int) -> Iterator[tuple[int, ...]]:
 
 
 def _touched(curve: Curve, motion: Motion, count: int, removed: list[int]) -> Iterator[Beginning]:
-    """What begins where some of the touches in a number of periods are no impacts."""
+    """The families that begin where some of the touches in a number of periods are no impacts.
+
+    Parameters
+    ----------
+    curve : Curve
+    motion : Motion
+        With its touches as impacts.
+    count : int
+        Number of its periods.
+    removed : list of int
+        Touches in these periods that are no impacts.
+    """
     without = motion.times(count).without_impacts(removed).representative(curve.model.horizontal)
     side = replace(curve, word=without.word)
     begins = Event.GRAZING if len(removed) == count * len(motion.rests) else Event.ZERO_VELOCITY
@@ -162,7 +184,16 @@ def _touched(curve: Curve, motion: Motion, count: int, removed: list[int]) -> It
 
 
 def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[PathPoint, PathPoint]]:
-    """The point and the first motion next to it in a direction, if there is one within the range."""
+    """A vertex as a point of a path and the first motion next to it, if there is one within the range.
+
+    Parameters
+    ----------
+    path : Path
+    x : ndarray
+        Unknowns of the vertex.
+    direction : ndarray
+        Unit vector, in unknowns over their scale.
+    """
     for step in STEPS_OFF:
         y = path.solved(x + step * path.scale * direction, direction)
         if y is not None and path.admits(y):
@@ -173,17 +204,27 @@ def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[PathPoint, P
 
 
 def _image(vector: Floats, mirror: bool) -> Floats:
-    """A change of the unknowns as seen half a period later, with `mirror` in the mirror."""
+    """A change of the unknowns with the impacts counted half a period later; with `mirror`, of the mirror image."""
     count = len(vector) // 2
     velocity, time = np.roll(vector[:count], count // 2), np.roll(vector[count:-1], count // 2)
     return np.concatenate([-velocity if mirror else velocity, time, vector[-1:]])
 
 
 def _across(curve: Curve, x: Floats, mirror: bool, kept: bool = False) -> Floats:
-    """Direction in which the symmetry of a motion is lost, or kept, where families cross."""
-    # Where two families cross the derivatives have a kernel of two dimensions, which the symmetry maps onto itself. Its
-    # vectors as they come from the decomposition are any two: one of them taken as it is, the doubled word is
-    # missed.
+    """Direction from a crossing of two families in which a motion loses its symmetry, or with `kept` keeps it.
+
+    Parameters
+    ----------
+    curve : Curve
+    x : ndarray
+        Unknowns of the motion at which the families cross.
+    mirror : bool
+        Whether the symmetry is that of the mirror image, else that of two equal halves.
+    kept : bool
+    """
+    # Where two families cross the derivatives have a kernel of two dimensions, which the symmetry maps onto itself. The
+    # decomposition gives any two vectors of it, in general directions of neither family: the part that the symmetry
+    # reverses, or keeps, is the direction wanted.
     kernel, sign = np.linalg.svd(curve.linearised(x)[1])[2][-2:], 1 if kept else -1
     parts = (vector + sign * _image(vector, mirror) for vector in kernel)
     direction = max(parts, key=lambda part: float(np.linalg.norm(part)))

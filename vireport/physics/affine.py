@@ -31,17 +31,17 @@ UNDERFLOW = 1e-290
 
 
 class Affine:
-    """One number of each of k boxes.
+    """A number in affine arithmetic, for each of k boxes.
 
     Parameters
     ----------
     centre : ndarray, shape (k,)
     linear : ndarray, shape (symbols, k)
-        What a symbol adds at 1.
+        Coefficients of the symbols.
     radius : ndarray, shape (k,)
-        Bound of all the rest, roundings included; infinite or NaN where an operation was not defined.
+        Bound of the remainder, roundings included; infinite or NaN where an operation was not defined.
     spread : ndarray, shape (k,), optional
-        What all symbols together add at most, where it is known.
+        Sum of the sizes of the coefficients, where the caller has it.
     """
 
     __slots__ = ("centre", "linear", "radius", "spread")
@@ -58,12 +58,12 @@ class Affine:
 
     @property
     def lower(self) -> Floats:
-        """A number below all that this can be."""
+        """A lower bound of the number."""
         return np.asarray(self.centre - self.reach - AFFINE_ROUNDING * (np.abs(self.centre) + self.reach))
 
     @property
     def upper(self) -> Floats:
-        """A number above all that this can be."""
+        """An upper bound of the number."""
         return np.asarray(self.centre + self.reach + AFFINE_ROUNDING * (np.abs(self.centre) + self.reach))
 
     def __getitem__(self, index: Any) -> Affine:
@@ -89,7 +89,7 @@ class Affine:
         if not isinstance(other, Affine):
             return _rounded(self.centre * other, self.linear * other, self.radius * np.abs(other))
         a, b = np.abs(self.centre) + self.spread, np.abs(other.centre) + other.spread
-        # s_i^2 is between 0 and 1: half of it counts as known.
+        # s_i^2 is between 0 and 1: its middle, 1/2, is added to the centre, and only the other half to the radius.
         squares = self.linear * other.linear / 2
         return _rounded(
             self.centre * other.centre + squares.sum(axis=0),
@@ -110,12 +110,12 @@ class Affine:
         return self.inverse() * other
 
     def __pow__(self, power: int) -> Affine:
-        # By squares, of whose symbols `__mul__` knows that they are not negative.
+        # By squares: `__mul__` uses that the squares of symbols are not negative.
         half = self ** (power // 2) if power > 1 else None
         return self if half is None else half * half if power % 2 == 0 else half * half * self
 
     def inverse(self) -> Affine:
-        """1/x = 1/c - delta/c^2 + delta^2/(c^2 x), of which the last term has the sign of c."""
+        """The reciprocal, 1/x = 1/c - delta/c^2 + delta^2/(c^2 x), the last term of which has the sign of c."""
         # The last term is between 0 and delta^2/[c^2 (|c| - reach)]: half of that is added to the centre, and half to
         # the radius. Where zero is among the numbers there is no bound.
         size, reach = np.abs(self.centre), self.reach * (1 + AFFINE_ROUNDING)
@@ -158,20 +158,27 @@ class Affine:
 
 
 def _rounded(centre: Floats, linear: Floats, radius: Floats, size: Any = 0.0) -> Affine:
-    """A number whose radius includes the roundings of terms as large as itself, or as `size`."""
+    """An affine number, its radius enlarged by the roundings of terms as large as itself, or as `size`."""
     spread = np.abs(linear).sum(axis=0)
     terms = np.abs(centre) + spread + radius + size
     return Affine(centre, linear, radius + AFFINE_ROUNDING * terms + UNDERFLOW, spread)
 
 
 def _exact(value: float | Floats) -> Affine:
-    """A double, or an array of them, as the number that it is."""
+    """A double, or an array of them, as an affine number without an error."""
     centre = np.atleast_1d(np.asarray(value, dtype=float))
     return Affine(centre, np.zeros((1, 1)), np.zeros(1))
 
 
 def between(low: Floats, high: Floats, symbol: int, symbols: int) -> Affine:
-    """Any number between two, as a symbol's own, of so many that there are."""
+    """Any number between two, which depends on one symbol.
+
+    Parameters
+    ----------
+    low, high : ndarray (k,)
+    symbol, symbols : int
+        Number of the symbol, and how many symbols there are.
+    """
     linear = np.zeros((symbols, len(low)))
     linear[symbol] = (high - low) / 2
     return _rounded((low + high) / 2, linear, np.zeros(len(low)), np.abs(low) + np.abs(high))

@@ -42,11 +42,11 @@ TERMS = 24
 """Terms of these series: 0.25^24 is far below the rounding of a double."""
 
 STEP = 0.04
-"""Step of the double-exponential rule, at which it is converged to rounding for every h and r allowed."""
+"""Step of the double-exponential quadrature, at which it has converged to rounding for all h and r allowed."""
 
 
 class Law(Struct, frozen=True, eq=False):
-    """What a contact of exponent h and restitution r is, in dimensionless numbers.
+    """The contact law of exponent h and restitution r, in dimensionless numbers.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Contact(Struct, frozen=True, eq=False):
 
 
 def contacts(speed: Floats, membrane: Membrane, restitution: float) -> Contact:
-    """Evaluate the contacts at impact velocities; one at rest is taken as `SLOWEST`.
+    """Evaluate contacts at given impact velocities; zero is taken as `SLOWEST`.
 
     Parameters
     ----------
@@ -130,7 +130,8 @@ def law_of(exponent: float, restitution: float) -> Law:
     top = log1p(damping) / damping if damping else 1.0
     bottom = w / damping if damping else 1.0
     nodes, weights = _rule(h)
-    # Distances y from either end in s/D, so that g, which vanishes there, keeps its digits.
+    # The integrand is singular at touch and departure, where g vanishes. It is integrated from both towards the deepest
+    # point, over the distance y from the end in s/D: so g keeps its digits, and the double-exponential rule converges.
     fall = -h / (h + 1)
     approach = weights * top * (top * nodes * _loading(damping, top * nodes)) ** fall
     retreat = weights * bottom * (bottom * nodes * _unloading(damping, r, w, bottom * nodes)) ** fall
@@ -153,7 +154,7 @@ def damping_number(restitution: float) -> float:
 
 
 def _damping(r: float) -> tuple[float, float]:
-    """D, and w = -ln(1 - r D), which keeps the digits of the small 1 - r D.
+    """Solve for D = lambda v; returned with w = -ln(1 - r D), which keeps the digits of the small 1 - r D.
 
     With L(x) = [x - ln(1+x)]/x^2 the condition reads L(D) = r^2 L(-r D), whose difference rises with D from
     -(1-r^2)/2 to infinity at D = 1/r: one root, in 0 < w < (1+r)/r.
@@ -170,6 +171,7 @@ def _damping(r: float) -> tuple[float, float]:
             return float(np.sum(rising * d ** (k - 2.0))) - (1 - r) * (1 + r) / 2
         return log1p(d) + w - (1 + r) * d
 
+    # Bisection to the last bit: it runs once for each r, so that its speed does not matter.
     low, high = 0.0, (1 + r) / r
     for _ in range(200):
         middle = (low + high) / 2
@@ -180,13 +182,13 @@ def _damping(r: float) -> tuple[float, float]:
 
 
 def _loading(d: float, y: Floats) -> Floats:
-    """g/y a distance y = [ln(1+D) - s]/D after the touch."""
+    """g/y during loading, at y = [ln(1+D) - s]/D after the touch."""
     z = -d * y
     return np.asarray(_first(z) - y * _second(z))
 
 
 def _unloading(d: float, r: float, w: float, y: Floats) -> Floats:
-    """g/y a distance y = (s + w)/D before the departure; e^-w = 1 - r D."""
+    """g/y during unloading, at y = (s + w)/D before the departure; e^-w = 1 - r D."""
     z = d * y
     small = z < SERIES
     rest = y * exp(-w) * _second(np.where(small, z, 0.0))
@@ -197,13 +199,13 @@ def _unloading(d: float, r: float, w: float, y: Floats) -> Floats:
 
 
 def _first(z: Floats) -> Floats:
-    """(e^z - 1)/z."""
+    """(e^z - 1)/z, with its limit 1 at z = 0."""
     safe = np.where(z == 0, 1.0, z)
     return np.where(z == 0, 1.0, np.expm1(safe) / safe)
 
 
 def _second(z: Floats) -> Floats:
-    """(e^z - 1 - z)/z^2."""
+    """(e^z - 1 - z)/z^2, by its series for small z."""
     small = np.abs(z) < SERIES
     series = np.polyval([1 / factorial(k + 2) for k in range(TERMS // 2, -1, -1)], np.where(small, z, 0.0))
     safe = np.where(small, 1.0, z)
@@ -211,14 +213,14 @@ def _second(z: Floats) -> Floats:
 
 
 def _stored(d: float) -> float:
-    """[D - ln(1+D)]/D^2: energy in the membrane at the largest deflection over m v^2; 1/2 without damping."""
+    """Energy in the membrane at the largest deflection over m v^2, [D - ln(1+D)]/D^2; 1/2 without damping."""
     if d < SERIES:
         return float(sum((-d) ** k / (k + 2) for k in range(TERMS)))
     return (d - log1p(d)) / d**2
 
 
 def _rule(h: float) -> tuple[Floats, Floats]:
-    """Nodes in (0, 1) and weights of the double-exponential rule, for integrands like x^(-h/(h+1)) at 0."""
+    """Nodes in (0, 1) and weights of the double-exponential rule, for integrands like x^(-h/(h+1)) next to 0."""
     reach = asinh(min(39 * (h + 1), 690.0) / pi)
     t = np.arange(-reach, reach + STEP, STEP)
     up = np.exp(np.minimum(pi * np.sinh(t), 690.0))

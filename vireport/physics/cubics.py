@@ -1,4 +1,4 @@
-"""A force as it was recorded: the cubic spline of its samples, cut where the relative acceleration is zero.
+"""A recorded force as the cubic spline of its samples, cut where the relative acceleration is zero.
 
 Between two samples the relative acceleration is a cubic in time, its integrals the velocity and the position of the
 ball in the capsule. A piece on which it does not change its sign makes the position convex or concave, which is what a
@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 FEWEST_SAMPLES = 4
-"""For a spline that is a cubic at its ends too."""
+"""Samples that a spline without knots next to its ends needs."""
 
 REAL = 1e-9
-"""Imaginary part of a root, over the step, up to which it is a time: one too many parts a piece, and does no harm."""
+"""Imaginary part of a root, over the step, up to which it counts as a time: a cut too many does no harm."""
 
 
 class Cubics(Struct, frozen=True, eq=False):
@@ -41,10 +41,10 @@ class Cubics(Struct, frozen=True, eq=False):
 
     @staticmethod
     def of(samples: Floats, step: float, gbar: float) -> Cubics:
-        """The cubics of a spline through samples at equal steps.
+        """The cubics of the spline through samples at equal steps.
 
-        The spline is that without a knot at the second sample and the last but one, so that it differs from a smooth
-        acceleration by a fourth power of the step up to its ends.
+        The spline has no knot at the second sample and the last but one: so its error is of the fourth order in the
+        step up to its ends.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class Cubics(Struct, frozen=True, eq=False):
 
 
 def shifted(row: Floats, since: float) -> Floats:
-    """A cubic's value and three derivatives after a time, of those at its beginning."""
+    """Value and three derivatives of a cubic a time later, from those at its beginning."""
     value, rate, bend, jerk = row
     return np.array(
         [
@@ -84,9 +84,16 @@ def shifted(row: Floats, since: float) -> Floats:
 
 
 def _of_one_sign(plain: Floats) -> Floats:
-    """Pieces, each cut where its cubic is zero, with the sign that makes its second integral concave."""
+    """Pieces cut where their cubics are zero, as rows of `Cubics`.
+
+    Parameters
+    ----------
+    plain : ndarray, shape (m, 5)
+        Length in time, and value and three derivatives at the beginning, of each piece.
+    """
     step, value, rate, bend, jerk = plain.T
-    # A cubic lies within its Bernstein coefficients: of one sign, it has no zero. Few pieces are left.
+    # A cubic lies between its Bernstein coefficients: if these have one sign, it has no zero. So roots are needed for a
+    # few pieces only.
     end, end_rate = value + step * (rate + step * (bend / 2 + step * jerk / 6)), rate + step * (bend + step * jerk / 2)
     hull = np.stack([value, value + step * rate / 3, end - step * end_rate / 3, end])
     unclear = np.flatnonzero((hull.min(axis=0) <= 0) & (hull.max(axis=0) >= 0))
@@ -103,7 +110,7 @@ def _of_one_sign(plain: Floats) -> Floats:
 
 
 def _cut(row: Floats) -> Floats:
-    """One piece in parts between the zeros of its cubic."""
+    """The parts of a piece between the zeros of its cubic, rows as the piece itself."""
     step, (value, rate, bend, jerk) = row[0], row[1:]
     roots = np.roots([jerk * step**3 / 6, bend * step**2 / 2, rate * step, value])
     times = np.sort(roots.real[np.abs(roots.imag) < REAL]) * step

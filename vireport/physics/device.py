@@ -1,4 +1,4 @@
-"""The device in SI units, and the crossing between it and its dimensionless groups, in both directions.
+"""The device in SI units, and the conversion between it and its dimensionless groups, in both directions.
 
 No other module mixes the two kinds of quantity. The formulae serve every kind of number; see `numbers`.
 """
@@ -24,9 +24,8 @@ from vireport.scenario.blocks import CapsuleMotion, Scenario
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
 
 NO_GRAVITY = 1e-15
-"""gbar up to which gravity is lost: q - 1/2 ~ gbar could no longer be told from zero. As a value within a sweep it
-counts as zero; a scenario that holds such a gbar is refused (`Device.too_light`), for its folds would not be where they
-are said to be."""
+"""gbar up to which gravity is lost in rounding: q - 1/2 ~ gbar could not be distinguished from zero. Within a sweep it
+counts as zero; a scenario that holds such a gbar is refused (`Device.too_light`), as its folds would be elsewhere."""
 
 FINEST_D, FINEST_GBAR = 1e-10, 1e-12
 """Length of a capsule and range of d, and range of gbar, times (1-r)/n, below which motions are not resolved: positions
@@ -50,17 +49,17 @@ STANDARD_GRAVITY = 9.80665
 
 
 class Shaker(Struct, frozen=True):
-    """What must drive the capsule: the motion of a mass M under a force of amplitude F; numbers or arrays.
+    """Demands on the shaker that drives the capsule, a mass M under a force of amplitude F; numbers or arrays.
 
-    A free capsule recoils as well, see `Device.shaker`. Where the force has harmonics, what is an amplitude of a sine
-    is the largest size.
+    A free capsule recoils as well, see `Device.shaker`. Where the force has harmonics, the largest size stands for the
+    amplitude of a sine.
 
     Attributes
     ----------
     acceleration_m_s2 : array_like
         Amplitude F/M; of a free capsule the largest between impacts, (F + m g sin(beta))/M.
     velocity_m_s : array_like
-        Amplitude F/(M omega), which the recoil is not part of.
+        Amplitude F/(M omega), without the recoil.
     stroke_m : array_like
         Displacement from end to end, 2 F/(M omega^2); of a free capsule at most, (2 F/omega^2 + m s)/(M + m).
     force_n : array_like
@@ -74,31 +73,31 @@ class Shaker(Struct, frozen=True):
 
     @property
     def acceleration_g(self) -> Any:
-        """Amplitude of the acceleration over standard gravity."""
+        """Amplitude of the acceleration over standard gravity [g]."""
         return self.acceleration_m_s2 / STANDARD_GRAVITY
 
 
 class Device(Struct, Generic[Quantity], frozen=True):
     """The harvester and its excitation in SI units: one device, or arrays of many.
 
-    What drives the capsule, and what each membrane does at an impact, is known of a device by its `groups` alone.
+    Its dynamics follow from its `groups` alone.
 
     Attributes
     ----------
     capsule_mass_kg, gravity_m_s2 : float or ndarray
-        M, g.
+        M [kg], g [m/s^2].
     restitution : float or ndarray, or Restitutions, or SpeedLaw
         r of both membranes, or of each where they are not alike; or its law where it falls with speed.
     length_m, amplitude_n, frequency_hz, inclination_deg : float or ndarray, or None
-        s, F, omega/2 pi, beta. Of one device, one of the four may be None where a sweep gives it.
+        s, F, omega/2 pi, beta. One of the four may be None for a device that is swept over it.
     period_ratio : int
         n, forcing periods per motion, Eq. (3.14).
     capsule : CapsuleMotion
         Whether the shaker imposes the capsule's motion, or the force drives it and it recoils from the ball.
     ball_mass_kg : float or ndarray, or None
-        m; None where it is not given, which a free capsule needs.
+        m; None where the scenario does not state it. A free capsule needs it.
     harmonics : tuple of Harmonic
-        Of the force, none of a sine.
+        Of the force; empty for a sine.
     friction : float
         Coefficient mu_f of dry friction between ball and capsule.
 
@@ -134,7 +133,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     @staticmethod
     def of(scenario: Scenario) -> Device:
-        """The device of a scenario; a swept parameter is None where no design point is given."""
+        """The device of a scenario; a swept parameter is None without a design point."""
         values: dict[str, Any] = {varied: _entry(scenario, varied.path) for varied in DesignInput}
         bottom, top = (values.pop(varied) for varied in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
         if values[DesignInput.RESTITUTION] is None:
@@ -157,7 +156,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         )
 
     def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
-        """The four parameters that drive the ball, with one of them (an array, say) replaced, if it is one of them."""
+        """The four parameters that drive the ball, with the value of one replaced; a restitution replaces none."""
         return {name: value if name == parameter else getattr(self, name) for name in DRIVING}
 
     def with_values(self, values: Mapping[Any, Any]) -> Device[Quantity]:
@@ -172,7 +171,12 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return replace(self, restitution=restitution, **others)
 
     def of_sine(self, what: str) -> Device[Quantity]:
-        """The device, for what knows a force that is a sine alone, and of the ball what `plain_ball` says.
+        """The device itself, if its force is a sine and it has a `plain_ball`.
+
+        Parameters
+        ----------
+        what : str
+            What requires that, for the message.
 
         Raises
         ------
@@ -185,7 +189,12 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return self.plain_ball(what)
 
     def plain_ball(self, what: str) -> Device[Quantity]:
-        """The device, for what knows a ball without friction, of which the restitution is constant.
+        """The device itself, if the ball has no friction and a constant restitution.
+
+        Parameters
+        ----------
+        what : str
+            What requires that, for the message.
 
         Raises
         ------
@@ -197,7 +206,12 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return self.constant_restitution(what)
 
     def constant_restitution(self, what: str) -> Device[Quantity]:
-        """The device, for what knows restitutions that do not depend on the speed.
+        """The device itself, if its restitutions do not depend on the speed.
+
+        Parameters
+        ----------
+        what : str
+            What requires that, for the message.
 
         Raises
         ------
@@ -213,27 +227,28 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     @property
     def rubs(self) -> bool:
-        """Whether there is friction: upright, nothing presses the ball on the wall."""
+        """Whether friction acts on the ball."""
+        # Upright, nothing presses the ball on the wall of the capsule, whatever the coefficient.
         return bool(self.friction) and not np.all(self.inclination_deg == 90)
 
     @property
     def law(self) -> SpeedLaw | None:
-        """The law of a restitution that falls with speed, in SI; None of constant ones."""
+        """The law of a restitution that falls with speed, in SI units; None for a constant restitution."""
         return self.restitution if isinstance(self.restitution, SpeedLaw) else None
 
     @property
     def recoils(self) -> bool:
-        """Whether the capsule is free: it feels the ball."""
+        """Whether the capsule is free, so that it recoils from the ball."""
         return self.capsule == CapsuleMotion.FREE
 
     @property
     def mass_ratio(self) -> Any:
-        """m/M of a capsule that recoils; 0 where its motion is prescribed."""
+        """m/M for a capsule that recoils; 0 where its motion is prescribed."""
         return self.ball_mass_kg / self.capsule_mass_kg if self.recoils else 0.0
 
     @property
     def supported_kg(self) -> Any:
-        """Mass of which gravity along the capsule counts in gbar: M, and of a free capsule M + m."""
+        """Mass whose weight along the capsule is in gbar: M, and M + m for a free capsule [kg]."""
         return self.capsule_mass_kg + self.ball_mass_kg if self.recoils else self.capsule_mass_kg
 
     @property
@@ -250,20 +265,20 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     @property
     def inputs(self) -> tuple[DesignInput, ...]:
-        """The inputs that say what the device is: of restitutions that of both membranes, or those of each."""
-        told_otherwise = RESTITUTIONS[1:] if self.alike else RESTITUTIONS[:1]
-        return tuple(varied for varied in DesignInput if varied not in told_otherwise)
+        """The independent inputs of the device: one restitution if the membranes are alike, else two."""
+        redundant = RESTITUTIONS[1:] if self.alike else RESTITUTIONS[:1]
+        return tuple(varied for varied in DesignInput if varied not in redundant)
 
     def value_of(self, varied: ScalarInput) -> Any:
-        """The value of an input; of both restitutions together, their mean."""
+        """The value of an input; for the restitution of both membranes, their mean."""
         if varied not in RESTITUTIONS:
             return getattr(self, varied)
         return value_in(self.restitution, varied)
 
     def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> Groups[Any]:
-        """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, Eqs. (2.5), (2.6), and r.
+        """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, r, harmonics, friction.
 
-        Of a free capsule gbar is (M + m) g sin(beta)/F. A gbar up to `NO_GRAVITY` is zero.
+        For a free capsule gbar is (M + m) g sin(beta)/F. A gbar up to `NO_GRAVITY` becomes zero.
 
         Parameters
         ----------
@@ -272,6 +287,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
             In the parameter's unit.
         ops
             Functions of the kind of number wanted, see `numbers`.
+
+        Source: Eqs. (2.5), (2.6).
         """
         x = {name: ops.exact(number) for name, number in self.at(parameter, value).items()}
         mass, force = ops.exact(self.capsule_mass_kg), x[Parameter.AMPLITUDE]
@@ -283,7 +300,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         if parameter.bounces:
             restitution = moved(restitution, parameter, ops.exact(value))
         if isinstance(restitution, SpeedLaw):
-            # y_c = F/(2 M f), in which velocities are counted: the same speed is more of it on a slower shaker.
+            # From m/s to y_c = F/(2 M f), the unit of dimensionless velocities.
             restitution = replace(restitution, speed=2 * restitution.speed * mass * x[Parameter.FREQUENCY] / force)
         friction = None
         if self.rubs:
@@ -292,14 +309,14 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return Groups(d, gbar * (gbar > NO_GRAVITY), restitution, harmonics, friction)
 
     def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
-        """The value of `parameter` that gives the groups, the other three parameters as they are.
+        """The value of `parameter` at which the device has the groups, the other three parameters as they are.
 
-        The inverse of `groups`: from gbar for the inclination, otherwise from d. A restitution does not move them.
+        The inverse of `groups`: from gbar for the inclination, otherwise from d.
 
         Raises
         ------
         ValueError
-            If the parameter is a restitution.
+            If the parameter is a restitution, which d and gbar do not depend on.
         """
         if parameter.bounces:
             raise ValueError(f"d and gbar do not say what {parameter} is")
@@ -314,12 +331,13 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
 
     def _supported(self, ops: Any) -> Any:
-        """`supported_kg` in a kind of number: the sum itself is not rounded."""
+        """`supported_kg` in a kind of number."""
+        # Not from the sum of doubles: in decimals M + m must be exact.
         mass = ops.exact(self.capsule_mass_kg)
         return mass + ops.exact(self.ball_mass_kg) if self.recoils else mass
 
     def friction_slope(self, varied: DesignInput) -> float:
-        """Derivative of `Groups.friction` by an input, where all are given."""
+        """Derivative of `Groups.friction` by an input of a device with all inputs."""
         friction = self.friction * self.supported_kg * self.gravity_m_s2 / self.amplitude_n
         angle, value = radians(self.inclination_deg), float(self.value_of(varied))
         match varied:
@@ -332,7 +350,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return 0.0
 
     def law_slope(self, varied: DesignInput) -> float:
-        """Derivative of the speed at which restitutions are stated, in y_c, by an input, where they fall with speed."""
+        """Derivative by an input of the speed at which a restitution that falls with speed is stated [y_c]."""
         value = float(self.value_of(varied))
         stated_at = float(self.restitution.speed / self.velocity_unit(Parameter.LENGTH, self.length_m))
         if varied is DesignInput.AMPLITUDE:
@@ -340,9 +358,18 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return stated_at / value if varied in (DesignInput.CAPSULE_MASS, DesignInput.FREQUENCY) else 0.0
 
     def slopes(self, varied: DesignInput, d: float, gbar: float) -> tuple[float, float, float, float]:
-        """Derivatives of d, gbar and r of either membrane by an input, where all are given; d, gbar are the device's.
+        """Derivatives of d, gbar, r at the bottom and r at the top by an input of a device with all inputs.
 
-        That of friction is `friction_slope`, that of the speed of a law `law_slope`.
+        Parameters
+        ----------
+        varied : DesignInput
+        d, gbar : float
+            Of the device.
+
+        See Also
+        --------
+        friction_slope : That of friction.
+        law_slope : That of the speed of a law.
         """
         value = float(self.value_of(varied))
         match varied:
@@ -360,14 +387,14 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return d / value, 0.0, 0.0, 0.0
 
     def velocity_unit(self, parameter: Parameter, value: Any) -> Any:
-        """y_c = F/(2 M f) [m/s], Eq. (2.5)."""
+        """The unit of velocity y_c = F/(2 M f) [m/s] where `parameter` has a value, Eq. (2.5)."""
         x = self.at(parameter, value)
         return x[Parameter.AMPLITUDE] / (2 * self.capsule_mass_kg * x[Parameter.FREQUENCY])
 
     def shaker(self, parameter: Parameter, value: Any) -> Shaker:
-        """What must drive the capsule where `parameter` has a value, by M X'' = F cos(omega t + phi), Eq. (2.1).
+        """Demands on the shaker where `parameter` has a value, by M X'' = F cos(omega t + phi) and its harmonics.
 
-        With its harmonics, where the force has some.
+        Source: Eq. (2.1).
 
         Notes
         -----
@@ -401,11 +428,17 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return float(self.period_ratio / self.frequency_hz)
 
     def finest(self, of: float) -> float:
-        """Least d, or least range, that rounding resolves, from `FINEST_D` or `FINEST_GBAR`."""
+        """Least d, or least range of d or gbar, that double precision resolves.
+
+        Parameters
+        ----------
+        of : float
+            `FINEST_D` or `FINEST_GBAR`.
+        """
         return of * self.period_ratio / (1 - float(max(stated(self.restitution))))
 
     def too_short(self, parameter: Parameter, value: Any) -> str:
-        """Why the length at a value cannot be told from rounding, or ""."""
+        """Reason why double precision does not resolve the length where `parameter` has a value; "" if it does."""
         d = self.groups(parameter, value)[0]
         if d >= (finest := self.finest(FINEST_D)):
             return ""
@@ -416,7 +449,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         )
 
     def too_light(self, parameter: Parameter, value: Any) -> str:
-        """Why gravity at a value cannot be told from rounding, or ""."""
+        """Reason why double precision does not resolve gravity where `parameter` has a value; "" if it does."""
         gbar = self.groups(parameter, value)[1]
         if gbar > 0 or self.at(parameter, value)[Parameter.INCLINATION] == 0:
             return ""
@@ -427,15 +460,15 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     @property
     def unresolved(self) -> str:
-        """Why rounding does not resolve the device, whose four parameters are all given, or ""."""
+        """Reason why double precision does not resolve a device with all four parameters; "" if it does."""
         at = Parameter.LENGTH, self.length_m
         return self.too_short(*at) or self.too_light(*at)
 
 
 def carried(varied: DesignInput, by: DesignInput) -> float:
-    """How far the value of an input moves with that of another, per unit: inputs overlap where restitutions do.
+    """Derivative of an input by another: not zero only for an input itself, and among restitutions.
 
-    Both restitutions together move that of each as they do, and each alone moves the mean of both by half.
+    The restitution of both membranes moves that of each by as much; that of each moves the mean of both by half.
     """
     if varied is by:
         return 1.0
@@ -445,12 +478,12 @@ def carried(varied: DesignInput, by: DesignInput) -> float:
 
 
 def _restitution(bottom: Any, top: Any) -> Any:
-    """What stands for two restitutions: one number where they are the same."""
+    """The restitution of a device with two membranes: one number if both are the same."""
     return bottom if np.ndim(bottom) == np.ndim(top) == 0 and bottom == top else Restitutions(bottom, top)
 
 
 def value_in(restitution: Any, varied: ScalarInput) -> Any:
-    """The value of one of `RESTITUTIONS` in what a device or a motion has; of both membranes, their mean."""
+    """The value of one of `RESTITUTIONS` in the restitution of a device or motion; for both membranes, their mean."""
     bottom, top = stated(restitution)
     if varied == DesignInput.RESTITUTION:
         return bottom if bottom is top else (bottom + top) / 2
@@ -458,7 +491,15 @@ def value_in(restitution: Any, varied: ScalarInput) -> Any:
 
 
 def moved(restitution: Any, varied: ScalarInput, value: Any) -> Any:
-    """The restitution with another value of one membrane, or of the mean of both, whose difference is kept."""
+    """The restitution with another value at one membrane, or with another mean and the same difference.
+
+    Parameters
+    ----------
+    restitution : array_like, Restitutions or SpeedLaw
+    varied : ScalarInput
+        One of `RESTITUTIONS`.
+    value : array_like
+    """
     if isinstance(restitution, SpeedLaw):
         bottom, top = stated(moved(_restitution(restitution.bottom, restitution.top), varied, value))
         return replace(restitution, bottom=bottom, top=top)

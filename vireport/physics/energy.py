@@ -1,12 +1,15 @@
 """Voltage and energy generated at an impact, from the impact velocity and the membrane.
 
-SI units throughout. Takes plain arrays, so that analytic motions and simulated ones go through the same formulae.
+An impact deflects the membrane (`deflection`, Eq. (5.5)), which then meets the ball at an angle (`contact_cosine`,
+(5.4)) and has a larger area (`area_growth`, (5.3)); from the area follow the voltage (`generated_voltage`, (5.2)) and,
+with a dielectric, the energy (`conversion`). SI units throughout. Takes plain arrays, so that analytic motions and
+simulated ones go through the same formulae.
 """
 
 from __future__ import annotations
 
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -27,11 +30,12 @@ VACUUM_PERMITTIVITY = 8.8541878188e-12
 """epsilon_0 [F/m], CODATA 2022."""
 
 INSIDE = 1e-12
-"""Share by which what just keeps a deflection within the radius is moved inside, beyond the rounding of (5.5)."""
+"""Relative allowance on a stiffness, mass or radius that just keeps a deflection within the radius: above the rounding
+of (5.5)."""
 
 
 class Dielectric(Struct, frozen=True):
-    """What a membrane is made of, electrically.
+    """Electrical properties of the material of a membrane.
 
     Attributes
     ----------
@@ -82,17 +86,17 @@ class Membrane(Struct, frozen=True):
 
     @property
     def reduced_mass_kg(self) -> float:
-        """m/(1 + m/M), with which the relative motion has its energy: m, where the capsule's motion is prescribed."""
+        """Mass in the kinetic energy of the relative motion, m/(1 + m/M); m for a prescribed motion of the capsule."""
         return self.ball_mass_kg / (1 + self.ball_mass_kg / self.free_capsule_kg)
 
     def of_device(self, device: Device[Any]) -> Membrane:
-        """The membrane with the ball of a device that has one, on its capsule."""
+        """The membrane struck by the ball of a device, on its capsule; the device must state the ball's mass."""
         free = device.capsule_mass_kg if device.recoils else inf
         return replace(self, ball_mass_kg=device.ball_mass_kg, free_capsule_kg=free)
 
     @staticmethod
     def of(scenario: Scenario) -> Membrane | None:
-        """The membrane of a scenario and the ball that strikes it; None where the ball's mass is not given."""
+        """The membrane of a scenario and the ball that strikes it; None if it does not state the ball's mass."""
         mass, block = scenario.device.ball_mass_kg, scenario.device.membrane or MembraneBlock()
         if mass is None:
             return None
@@ -109,7 +113,7 @@ class Membrane(Struct, frozen=True):
 
 
 def _dielectric_of(block: MembraneBlock) -> Dielectric | None:
-    """None where the scenario does not give all of it."""
+    """The dielectric of a membrane; None if the scenario does not state all its properties."""
     thickness, permittivity, breakdown = block.thickness_m, block.relative_permittivity, block.breakdown_field_v_m
     if thickness is None or permittivity is None or breakdown is None:
         return None
@@ -124,7 +128,7 @@ def deflection(speed: Floats, membrane: Membrane) -> Floats:
     Parameters
     ----------
     speed : ndarray
-        Relative speed at the impact [m/s].
+        Relative velocity at the impact, of either sign [m/s].
     membrane : Membrane
     """
     power = membrane.exponent + 1
@@ -154,6 +158,8 @@ def contact_cosine(delta: Floats, membrane: Membrane) -> tuple[Floats, Floats]:
     reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
     square = active * active + depth * depth
     cosine = (active * reach - ball * depth) / square
+    # Two forms of the sine: for a deflection below rb the numerator of the second one cancels, and 1 - cos, which the
+    # voltage of a gentle impact depends on, would keep no digits. At rb and above nothing cancels.
     shallow = depth.real < 0
     sine = np.where(
         shallow,
@@ -187,7 +193,7 @@ def area_growth(delta: Floats, membrane: Membrane) -> Floats:
 
 
 class MembraneStretch(Struct, frozen=True):
-    """How far an impact stretches a membrane, by Eqs. (5.2)-(5.5).
+    """Stretch of a membrane at its largest deflection, by Eqs. (5.2)-(5.5).
 
     Attributes
     ----------
@@ -212,12 +218,12 @@ class MembraneStretch(Struct, frozen=True):
 
 
 def stretch_of(depth_m: float, membrane: Membrane) -> MembraneStretch:
-    """What a deflection does to a membrane.
+    """Stretch and voltage of a membrane at a given deflection.
 
     Parameters
     ----------
     depth_m : float
-        Of the impact [m].
+        Deflection [m].
     membrane : Membrane
     """
     area = 1 + float(area_growth(np.asarray(depth_m), membrane))
@@ -225,7 +231,7 @@ def stretch_of(depth_m: float, membrane: Membrane) -> MembraneStretch:
 
 
 class Voltages(Struct, frozen=True, eq=False):
-    """What the impacts of motions generate, arrays of one length.
+    """Voltages that the impacts of 1:1 motions generate, arrays of one length.
 
     Attributes
     ----------
@@ -293,9 +299,9 @@ def flat_capacitance(membrane: Membrane, dielectric: Dielectric) -> Any:
 
 
 class ElectricalCycle(Struct, frozen=True):
-    """What a membrane goes through at an impact, in the plane of charge and voltage: a triangle from the origin.
+    """The cycle of a membrane at an impact in the plane of charge and voltage: a triangle from the origin.
 
-    Charged at its largest area up to the bias, then isolated until it is flat, then discharged.
+    It is charged at its largest area up to the bias, then isolated until it is flat, then discharged.
 
     Attributes
     ----------
@@ -335,32 +341,42 @@ def cycle_of(gain: float, membrane: Membrane, dielectric: Dielectric) -> Electri
     return ElectricalCycle(float(flat_capacitance(membrane, dielectric)) * peak, membrane.bias_voltage_v, peak)
 
 
+class Strikes(NamedTuple):
+    """Impacts on the membranes, by what their energy conversion depends on.
+
+    Attributes
+    ----------
+    gains : sequence of array_like
+        U_imp - Uin of each impact, Eq. (5.2) [V].
+    speeds : sequence of array_like
+        Relative velocity just before it, of either sign [m/s].
+    restitution : array_like or Restitutions
+        r < 1 of the membranes, or of each impact.
+    """
+
+    gains: Any
+    speeds: Any
+    restitution: Any
+
+
 def conversion(
-    gains: tuple[Any, Any],
-    speeds: tuple[Any, Any],
-    membrane: Membrane,
-    dielectric: Dielectric,
-    restitution: Any,
-    period_s: Any,
-    ops: Any = ARRAYS,
+    strikes: Strikes, membrane: Membrane, dielectric: Dielectric, period_s: Any, ops: Any = ARRAYS
 ) -> Conversion:
     """Evaluate the energy conversion of motions with one impact on each membrane.
 
     Parameters
     ----------
-    gains : tuple of array_like
-        U_imp - Uin at the bottom and at the top, Eq. (5.2) [V].
-    speeds : tuple of array_like
-        Relative velocities at these impacts [m/s].
+    strikes : Strikes
+        Pairs, the impact on the bottom first.
     membrane : Membrane
     dielectric : Dielectric
         Of the membrane.
-    restitution : array_like or Restitutions
-        r < 1.
     period_s : array_like
         Of the motion [s].
     ops
         Functions of the kind of number, see `numbers`.
+
+    Source: the cycle is that of Koh et al., see below; the equations of the paper are (5.1)-(5.5).
 
     Notes
     -----
@@ -376,6 +392,7 @@ def conversion(
     membrane of the heavy capsule takes m V^2 (1 - r^2)/2 from the ball, and one of a free capsule m/(1 + mu) for m from
     both.
     """
+    gains, speeds, restitution = strikes
     bottom, top = (energy_gained(gain, membrane, dielectric) for gain in gains)
     squares = [speed * speed for speed in speeds]
     if isinstance(restitution, Restitutions):
@@ -389,24 +406,25 @@ def conversion(
 
 
 def energy_gained(gain: Any, membrane: Membrane, dielectric: Dielectric) -> Any:
-    """Electrical energy of an impact with a gain of voltage [J], see `conversion`."""
+    """Electrical energy gained at an impact with a gain of voltage U_imp - Uin [V]: C0 U_imp (U_imp - Uin)/2 [J]."""
     return flat_capacitance(membrane, dielectric) / 2 * gain * (gain + membrane.bias_voltage_v)
 
 
 def conversion_of_word(
-    gains: Floats, speeds: Floats, membrane: Membrane, dielectric: Dielectric, restitution: Floats, period_s: float
+    strikes: Strikes, membrane: Membrane, dielectric: Dielectric, period_s: float
 ) -> tuple[float, float, float]:
-    """Mean power [mW], efficiency and highest field [V/m] of one motion with any impacts, as `conversion` has them.
+    """Mean power [mW], efficiency [-] and highest field [V/m] of one motion with any impacts, see `conversion`.
 
     Parameters
     ----------
-    gains, speeds, restitution : ndarray
-        Of each impact of a period: U_imp - Uin [V], relative velocity [m/s], and r < 1 of the membrane that it is on.
+    strikes : Strikes
+        Arrays over the impacts of a period.
     membrane : Membrane
     dielectric : Dielectric
     period_s : float
         Of the motion [s].
     """
+    gains, speeds, restitution = strikes
     gained = float(energy_gained(gains, membrane, dielectric).sum())
     lost = membrane.reduced_mass_kg / 2 * float(((1 - restitution) * (1 + restitution) * speeds * speeds).sum())
     return (
@@ -417,14 +435,16 @@ def conversion_of_word(
 
 
 class Fitting(Struct, frozen=True, eq=False):
-    """What brings the largest deflection to the membrane's active radius, each alone; None beyond a scenario's range.
+    """Values that limit the largest deflection to the membrane's active radius, each with the others as they are.
 
     Attributes
     ----------
     ball_mass_kg : float or None
-        Largest.
-    stiffness, active_radius_m : float or None
-        Least.
+        Largest ball mass [kg]; None outside a scenario's range, as below.
+    stiffness : float or None
+        Least K [N/m^h].
+    active_radius_m : float or None
+        Least Rc [m].
     """
 
     ball_mass_kg: float | None
@@ -433,9 +453,10 @@ class Fitting(Struct, frozen=True, eq=False):
 
 
 def fitting(membrane: Membrane, deepest_m: float) -> Fitting:
-    """Solve (5.5) for what keeps a deflection within the membrane's active radius, the motion as it is.
+    """Solve (5.5) for the ball mass, stiffness and radius that keep a deflection within the membrane's active radius.
 
-    By (5.5) delta^(h+1) is proportional to m/K, m the reduced mass, and does not depend on Rc.
+    The velocity of the impact stays as it is. By (5.5) delta^(h+1) is proportional to m/K, m the reduced mass, and does
+    not depend on Rc.
 
     Parameters
     ----------
@@ -443,6 +464,7 @@ def fitting(membrane: Membrane, deepest_m: float) -> Fitting:
     deepest_m : float
         Largest deflection, above the active radius [m].
     """
+    # Of extreme scenarios the power over- or underflows: what comes out is beyond the range of scenarios, and None.
     with np.errstate(over="ignore", under="ignore"):
         factor = float(np.power(deepest_m / membrane.active_radius_m, membrane.exponent + 1)) * (1 + INSIDE)
     lighter = membrane.reduced_mass_kg / factor

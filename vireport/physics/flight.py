@@ -18,7 +18,7 @@ import numpy as np
 from msgspec import Struct
 
 LARGEST_RESTITUTION = 0.99
-"""What a restitution that falls with speed is at most: of a slow impact its law would be 1 and beyond."""
+"""Upper limit of a restitution that falls with speed: for a slow impact its law would give 1 and more."""
 
 
 def acceleration(cosine: Any, gbar: Any) -> Any:
@@ -92,7 +92,7 @@ def restitution_at_speed(stated: Any, share: Any, exponent: Any) -> tuple[Any, A
     Parameters
     ----------
     stated : array_like
-        r at the speed that it is stated at [-].
+        r at the speed for which it is stated [-].
     share : array_like
         Speed just before the impact over that speed [-].
     exponent : array_like
@@ -104,6 +104,7 @@ def restitution_at_speed(stated: Any, share: Any, exponent: Any) -> tuple[Any, A
     `r + |Z'-| dr/d|Z'-| = (1 + exponent) r`. Where the law exceeds `LARGEST_RESTITUTION`
     the restitution is that, and so is the slope.
     """
+    # Both branches do the same: numbers of other kinds (decimals, numbers with errors) have no `np.where`.
     if isinstance(share, np.ndarray):
         with np.errstate(all="ignore"):
             r = stated * share**exponent
@@ -163,9 +164,9 @@ class Flight(Struct, frozen=True, eq=False):
         return -self.direction * pi * sine
 
     def turned(self, sine: Any, cosine: Any) -> tuple[Any, Any]:
-        """Sine and cosine of the phase when it has grown by an angle with this sine and cosine."""
+        """Sine and cosine of the phase at the impact plus an angle, from sine and cosine of the angle."""
         return self.sine * cosine + self.cosine * sine, self.cosine * cosine - self.sine * sine
 
 
 FLIGHT_NUMBERS = tuple(name for name in Flight.__struct_fields__ if name != "direction")
-"""What a `Flight` holds numbers of."""
+"""Names of the fields of `Flight` that are numbers or arrays."""

@@ -1,8 +1,8 @@
-"""The force that drives the capsule by its phase: a sine, and harmonics of it.
+"""The force that drives the capsule as a function of its phase: a sine, and harmonics of it.
 
-F [cos x + sum_j (A_j cos jx + B_j sin jx)] with x = omega t + phi. A flight needs the force itself and what it has done
-up to a phase: its integral, which is a velocity, and the integral of that, a distance. Of a sine they are cos x, sin x
-and, but for its sign, cos x again; harmonics add to each.
+F [cos x + sum_j (A_j cos jx + B_j sin jx)] with x = omega t + phi. A flight needs the force itself, its integral over
+the phase, which is a velocity, and the integral of that, a distance. For a sine they are cos x, sin x and, but for its
+sign, cos x again; harmonics add to all three (`Wave`).
 """
 
 from __future__ import annotations
@@ -19,29 +19,33 @@ from numpy.typing import NDArray
 from vireport.physics.numbers import DecimalOps
 
 NEAR_CIRCLE = 1e-3
-"""Distance from the unit circle of a root that counts as a phase. Too many phases do no harm where they only part a
-flight into pieces; two roots that rounding moves off the circle together are where a force touches zero."""
-
+"""Distance from the unit circle up to which a root counts as a phase. Too many phases do no harm, as they only divide
+flights into more pieces; where a force touches zero, rounding moves two roots off the circle together."""
 
 NO_HARMONIC = 1e-10
-"""Size of a harmonic, over that of the largest, below which it moves no phase that is looked for."""
+"""Size of a harmonic, over that of the largest, below which its effect on phases of zero force is neglected."""
 
 
 class Harmonic(Struct, frozen=True):
-    """What a harmonic adds to the force cos x: `cosine` cos(order x) + `sine` sin(order x), x the forcing phase.
+    """A harmonic of the force, `cosine` cos(order x) + `sine` sin(order x), x the forcing phase.
 
-    The two are shares of the force's amplitude, numbers of any kind or arrays. Where they were made of a size [%] and a
-    phase [deg], these are `given`: in other kinds of number the parts are made of them anew.
+    Attributes
+    ----------
+    order : int
+    cosine, sine : array_like
+        Coefficients over the amplitude of the force, in any kind of number.
+    stated : (float, float) or None
+        Size [%] and phase [deg] from which they were computed: in decimals they are computed anew.
     """
 
     order: int
     cosine: Any
     sine: Any
-    given: tuple[float, float] | None = None
+    stated: tuple[float, float] | None = None
 
     @staticmethod
     def of(order: int, percent: float, phase_deg: float) -> Harmonic:
-        """The harmonic percent/100 cos(order x + phase), its parts in doubles; a quarter of a turn is exact."""
+        """The harmonic percent/100 cos(order x + phase), in doubles; a phase of quarter turns is exact."""
         share, quarters = percent / 100, round(phase_deg / 90)
         rest = (phase_deg - 90 * quarters) * pi / 180
         c, s = ((cos(rest), sin(rest)), (-sin(rest), cos(rest)), (-cos(rest), -sin(rest)), (sin(rest), -cos(rest)))[
@@ -50,39 +54,39 @@ class Harmonic(Struct, frozen=True):
         return Harmonic(order, share * c, -share * s, (percent, phase_deg))
 
     def exact(self, ops: Any) -> Harmonic:
-        """The harmonic in a kind of number; in decimals its parts have all digits of what is given."""
-        if self.given is None or not isinstance(ops, DecimalOps):
+        """The harmonic in a kind of number; in decimals with all digits of the size and phase stated."""
+        if self.stated is None or not isinstance(ops, DecimalOps):
             return self.map_numbers(ops.exact)
-        percent, phase = map(ops.exact, self.given)
+        percent, phase = map(ops.exact, self.stated)
         share = percent / 100
         return Harmonic(self.order, share * ops.sin_degrees(phase + 90), -share * ops.sin_degrees(phase))
 
     def map_numbers(self, function: Callable[[Any], Any]) -> Harmonic:
-        """What a function makes of both parts."""
+        """Apply a function to both coefficients."""
         return Harmonic(self.order, function(self.cosine), function(self.sine))
 
     @property
     def share(self) -> float:
-        """Its amplitude over that of the sine."""
+        """Its amplitude over that of the sine [-]."""
         return hypot(self.cosine, self.sine)
 
     @property
     def phase_deg(self) -> float:
-        """Its phase in share cos(order x + phase), from 0 to 360."""
+        """Its phase in `share` cos(order x + phase) [deg], from 0 to 360."""
         return degrees(atan2(-self.sine, self.cosine)) % 360
 
 
 SINE = Harmonic(1, 1.0, 0.0)
-"""The force that a harmonic is one of: cos x."""
+"""The force without harmonics, cos x, as if it were a harmonic of order 1."""
 
 
 def with_harmonic(harmonics: Sequence[Harmonic], more: Harmonic) -> tuple[Harmonic, ...]:
-    """The harmonics of a force to which one is added; of those of one order the parts are added."""
-    same = [harmonic for harmonic in harmonics if harmonic.order == more.order]
-    both = [Harmonic(more.order, harmonic.cosine + more.cosine, harmonic.sine + more.sine) for harmonic in same] or [
-        more
-    ]
-    return *(harmonic for harmonic in harmonics if harmonic.order != more.order), *both
+    """The harmonics of a force and one more; coefficients of the same order are added."""
+    others = tuple(harmonic for harmonic in harmonics if harmonic.order != more.order)
+    same = tuple(harmonic for harmonic in harmonics if harmonic.order == more.order)
+    if not same:
+        return *others, more
+    return *others, *(Harmonic(more.order, part.cosine + more.cosine, part.sine + more.sine) for part in same)
 
 
 class Wave(NamedTuple):
@@ -95,7 +99,7 @@ class Wave(NamedTuple):
     impulse : array_like
         Its integral over the phase, sin x for a sine.
     path : array_like
-        Less the integral of that, cos x for a sine.
+        Minus the integral of the impulse, cos x for a sine.
     """
 
     force: Any
@@ -104,7 +108,7 @@ class Wave(NamedTuple):
 
 
 def wave(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Wave:
-    """The force at the phase with a sine and a cosine, numbers of any kind."""
+    """The force at a phase, from sine and cosine of the phase, numbers of any kind."""
     if not harmonics:
         return Wave(cosine, sine, cosine)
     force, impulse, path = cosine, sine, cosine
@@ -118,7 +122,7 @@ def wave(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Wave:
 
 
 def force_rate(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Any:
-    """Derivative of the force by the phase, at the phase with a sine and a cosine."""
+    """Derivative of the force by the phase, from sine and cosine of the phase."""
     rate = -sine
     for harmonic in harmonics:
         s, c = _multiple(sine, cosine, harmonic.order)
@@ -127,21 +131,26 @@ def force_rate(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> An
 
 
 def _multiple(sine: Any, cosine: Any, order: int) -> tuple[Any, Any]:
-    """Sine and cosine of a multiple of an angle."""
+    """Sine and cosine of `order` times an angle, from those of the angle."""
+    # By the addition theorem, not by functions of the multiple angle: the caller has sine and cosine already, and in
+    # this form decimals and numbers that carry errors need no further functions.
     s, c = sine, cosine
     for _ in range(order - 1):
         s, c = s * cosine + c * sine, c * cosine - s * sine
     return s, c
 
 
-@lru_cache(64)  # where length or frequency varies, it is asked for the same force at each motion
+@lru_cache(64)  # where length or frequency varies, gbar is the same for all motions
 def unaccelerated(gbar: float, harmonics: tuple[Harmonic, ...]) -> tuple[float, ...]:
-    """The phases at which gbar and the force cancel, ascending [rad], at most 2H and perhaps some beside them."""
+    """The phases at which gbar and the force cancel, so that Z'' = 0, ascending [rad].
+
+    At most 2H, H the highest order; a phase at which they nearly cancel may be among them.
+    """
     return tuple(_zeros(gbar, (SINE, *harmonics)))
 
 
 def unaccelerated_by(gbar: NDArray[np.float64], harmonics: Sequence[Harmonic]) -> NDArray[np.float64]:
-    """Those phases of each gbar, a row for each; NaN where there are fewer than in others."""
+    """The phases of `unaccelerated` for arrays of gbar, a row for each; NaN in rows that have fewer than others."""
     return _cancelled(gbar, (SINE, *harmonics))
 
 
@@ -151,7 +160,7 @@ def _zeros(constant: float, parts: Sequence[Harmonic]) -> list[float]:
 
 
 def _cancelled(constant: NDArray[np.float64], parts: Sequence[Harmonic]) -> NDArray[np.float64]:
-    """The phases at which a trigonometric polynomial cancels each of some constants, a row for each.
+    """The phases at which constants and a trigonometric polynomial cancel, a row for each constant, NaN for none.
 
     Notes
     -----
@@ -177,18 +186,18 @@ def _cancelled(constant: NDArray[np.float64], parts: Sequence[Harmonic]) -> NDAr
 
 
 class Peaks(NamedTuple):
-    """The largest sizes of a force and of what it has done, over those of a sine of its amplitude.
+    """Largest values of a force and its integrals over a period, over those of a sine of its amplitude.
 
     Attributes
     ----------
     force : float
-        Of the force itself.
+        Largest size of the force.
     impulse : float
-        Of its integral over the phase.
+        Largest size of its integral over the phase.
     path : float
-        Half the distance between the ends of the integral of that.
+        Half the range of the integral of that.
     lift : float
-        Of the force against gravity: gbar from which a ball never leaves the bottom.
+        Largest force against gravity: for a larger gbar a ball never leaves the bottom.
     """
 
     force: float
@@ -198,7 +207,7 @@ class Peaks(NamedTuple):
 
 
 def peaks(harmonics: Sequence[Harmonic]) -> Peaks:
-    """The largest sizes of a force with harmonics; 1 of a sine."""
+    """Largest values of a force with harmonics and of its integrals; all 1 for a sine."""
     if not harmonics:
         return Peaks(1.0, 1.0, 1.0, 1.0)
     parts = (SINE, *harmonics)

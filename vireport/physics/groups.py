@@ -1,6 +1,7 @@
-"""The dimensionless groups: all that flights and impacts, hence motions and simulation, know of a device.
+"""The dimensionless groups of a device, on which flights and impacts depend, Eqs. (2.8)-(2.12).
 
-With n they are all of the dynamics, Eqs. (2.8)-(2.12).
+`Groups` has d, gbar, the restitution (one number, `Restitutions` for two, `SpeedLaw` where it falls with speed), the
+harmonics of the force, and friction. With n forcing periods per motion they are all of the dynamics.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ Number = TypeVar("Number")
 class Restitutions(Struct, frozen=True):
     """The restitution coefficients of two membranes that are not alike, as numbers of any kind or arrays.
 
-    Membranes that are alike have one number in its place: terms that vanish with the difference are then left out, for
+    Membranes that are alike have a single number instead: terms that vanish with the difference are then left out, for
     their time and for the rounding that they would add to every error bound.
 
     Attributes
     ----------
     bottom, top : array_like
-        r of each membrane.
+        r of each membrane [-].
     slope : float
-        Minus the derivative of the velocity after an impact by the one before it, over r: 1, of the whole number, where
-        they are constant. Of those that a `SpeedLaw` gives the impacts of motions it is 1 + exponent.
+        -(dZ'+/dZ'-)/r: the whole number 1 for constant restitutions. For those that a `SpeedLaw` has at the impacts of
+        motions it is 1 + exponent.
     """
 
     bottom: Any
@@ -40,25 +41,26 @@ class Restitutions(Struct, frozen=True):
 
     @property
     def slopes(self) -> tuple[Any, Any]:
-        """Minus those derivatives at the bottom and at the top; `bottom` and `top` themselves of constant ones."""
+        """-dZ'+/dZ'- at the bottom and at the top: for constant restitutions `bottom` and `top` themselves."""
+        # Not as products with 1, which add a rounding to numbers that carry their error.
         if type(self.slope) is int:
             return self.bottom, self.top
         return self.slope * self.bottom, self.slope * self.top
 
 
 class SpeedLaw(Struct, frozen=True):
-    """Restitution coefficients that fall with the speed of the impact, r (speed/`speed`)^`exponent` of each membrane.
+    """Restitution coefficients that fall with the speed of the impact, r (|Z'-|/`speed`)^`exponent` for each membrane.
 
-    It is no number: what knows constant restitutions alone fails with it instead of taking them for constant.
+    It is no number: code for constant restitutions fails with it instead of taking them for constant.
 
     Attributes
     ----------
     bottom, top : array_like
-        r of each membrane at `speed`.
+        r of each membrane at `speed` [-].
     exponent : array_like
-        -1 < exponent <= 0.
+        -1 < exponent <= 0 [-].
     speed : array_like
-        At which they are stated: in m/s of a device, in y_c of groups.
+        Speed at which they are stated: [m/s] in a device, [y_c] in groups.
     """
 
     bottom: Any
@@ -67,33 +69,36 @@ class SpeedLaw(Struct, frozen=True):
     speed: Any
 
     def map_numbers(self, function: Callable[[Any], Any]) -> SpeedLaw:
-        """What a function makes of each number."""
+        """Apply a function to all four numbers."""
         return SpeedLaw(function(self.bottom), function(self.top), function(self.exponent), function(self.speed))
 
     def moved(self, bottom: Any, top: Any) -> SpeedLaw:
-        """The law with so much more at each membrane."""
+        """The law with amounts added to the restitutions at the bottom and at the top."""
         return SpeedLaw(self.bottom + bottom, self.top + top, self.exponent, self.speed)
 
     def at(self, wall: int, velocity: Any) -> tuple[Any, Any]:
-        """The restitution of an impact with a velocity, and its slope, see `flight.restitution_at_speed`."""
+        """The restitution of an impact on a membrane with a velocity, and -dZ'+/dZ'-; see `restitution_at_speed`."""
         stated = self.bottom if wall > 0 else self.top
         return flight.restitution_at_speed(stated, wall * velocity / self.speed, self.exponent)
 
 
 def stated(restitution: Any) -> tuple[Any, Any]:
-    """The restitution at the bottom and at the top; of a law, at the speed that it is stated at."""
+    """The restitution at the bottom and at the top; for a law, at the speed at which it is stated."""
     return (restitution.bottom, restitution.top) if isinstance(restitution, SpeedLaw) else by_wall(restitution)
 
 
 def by_wall(restitution: Any) -> tuple[Any, Any]:
-    """The restitution at the bottom and at the top: of one number for both, or of `Restitutions`."""
+    """The restitution at the bottom and at the top, from one number for both or from `Restitutions`.
+
+    One number comes back twice as the same object, by which callers know that the membranes are alike.
+    """
     if isinstance(restitution, Restitutions):
         return restitution.bottom, restitution.top
     return restitution, restitution
 
 
 def map_restitution(restitution: Any, function: Callable[[Any], Any]) -> Any:
-    """What a function makes of one number for both membranes, or of each of `Restitutions` or of a `SpeedLaw`."""
+    """Apply a function to the numbers of a restitution: one, those of `Restitutions`, or those of a `SpeedLaw`."""
     if isinstance(restitution, Restitutions):
         return Restitutions(function(restitution.bottom), function(restitution.top), restitution.slope)
     if isinstance(restitution, SpeedLaw):
@@ -102,7 +107,7 @@ def map_restitution(restitution: Any, function: Callable[[Any], Any]) -> Any:
 
 
 class Groups(NamedTuple, Generic[Number]):
-    """What drives a device and what its membranes do, as numbers of one kind or arrays (dimensionless).
+    """The dimensionless groups of a device, as numbers of one kind or arrays.
 
     Attributes
     ----------
@@ -129,7 +134,7 @@ class Groups(NamedTuple, Generic[Number]):
         return self.map_numbers(float)
 
     def map_numbers(self, function: Callable[[Any], Any]) -> Groups[Any]:
-        """What a function makes of each number."""
+        """Apply a function to all numbers."""
         harmonics = tuple(harmonic.map_numbers(function) for harmonic in self.harmonics)
         friction = None if self.friction is None else function(self.friction)
         return Groups(
@@ -138,9 +143,10 @@ class Groups(NamedTuple, Generic[Number]):
 
     @property
     def numbers(self) -> tuple[Any, ...]:
-        """d, gbar, the restitution at the bottom and at the top, and the cosine and the sine of each harmonic.
+        """d, gbar, the restitutions at bottom and top, cosine and sine of each harmonic, exponent and speed, friction.
 
-        Of a law the restitutions are those that it states, and its exponent and speed follow; friction is last.
+        Exponent and speed are those of a law, friction that of a ball with it; otherwise they are absent.
+        `with_numbers` is the inverse.
         """
         parts = [part for harmonic in self.harmonics for part in (harmonic.cosine, harmonic.sine)]
         law = self.law
@@ -149,7 +155,7 @@ class Groups(NamedTuple, Generic[Number]):
         return self.d, self.gbar, *stated(self.restitution), *parts, *more, *rubbing
 
     def with_numbers(self, numbers: Sequence[Any]) -> Groups[Any]:
-        """The groups with other `numbers`, whether or not the membranes are alike, and harmonics of the same orders."""
+        """The groups with other `numbers` and harmonics of the same orders; the restitutions are `Restitutions`."""
         d, gbar, bottom, top, *parts = numbers
         friction = None if self.friction is None else parts.pop()
         if self.law is not None:
@@ -167,13 +173,17 @@ class Groups(NamedTuple, Generic[Number]):
 
     @property
     def same_harmonics(self) -> tuple[Harmonic, ...]:
-        """The harmonics as numbers, where those of arrays are the same for all."""
+        """The harmonics as numbers, from arrays over devices that all have the same ones.
+
+        Raises
+        ------
+        ValueError
+            If they differ.
+        """
         harmonics = tuple(harmonic.map_numbers(lambda part: float(np.ravel(part)[0])) for harmonic in self.harmonics)
-        pairs = zip(harmonics, self.harmonics, strict=True)
-        if not all(
-            np.all(one.cosine == harmonic.cosine) and np.all(one.sine == harmonic.sine) for one, harmonic in pairs
-        ):
-            raise ValueError("devices with different harmonics are not solved together")
+        for first, harmonic in zip(harmonics, self.harmonics, strict=True):
+            if not (np.all(first.cosine == harmonic.cosine) and np.all(first.sine == harmonic.sine)):
+                raise ValueError("devices with different harmonics are not solved together")
         return harmonics
 
     @property
@@ -184,35 +194,41 @@ class Groups(NamedTuple, Generic[Number]):
 
     @property
     def symmetric(self) -> bool:
-        """Whether without gravity the device is its own mirror image, half a forcing period later.
+        """Whether without gravity the device would be its own mirror image, half a forcing period later.
 
-        The membranes are alike then, and the harmonics odd, as the sine is: they change their sign in half a period.
+        It is if the membranes are alike and all harmonics odd: like the sine, these change their sign in half a period.
         """
         return self.alike and all(harmonic.order % 2 for harmonic in self.harmonics)
 
     @property
     def horizontal(self) -> bool:
-        """Whether motions have mirror images: no gravity along the capsule, and a device that is its own."""
+        """Whether motions have mirror images: no gravity along the capsule, and a `symmetric` device."""
         return bool(self.gbar == 0) and self.symmetric
 
     @staticmethod
     def of(d: Any, gbar: Any, bottom: Any, top: Any) -> Groups[Any]:
-        """The groups of a sine's `numbers`, whether or not the membranes are alike."""
+        """The groups for a force that is a sine, with `Restitutions` even if the membranes are alike."""
         return Groups(d, gbar, Restitutions(bottom, top))
 
     def restitution_at(self, wall: int) -> Any:
-        """The constant restitution coefficient of a membrane: 1 for the bottom one, -1 for the top one."""
+        """The constant restitution coefficient of a membrane, 1 for the bottom one, -1 for the top one.
+
+        Raises
+        ------
+        TypeError
+            If it falls with speed.
+        """
         if self.law is not None:
             raise TypeError("a restitution that falls with speed is not known without the speed")
         bottom, top = by_wall(self.restitution)
         return bottom if wall > 0 else top
 
     def after(self, wall: int, velocity: Any) -> Any:
-        """The velocity just after an impact on a membrane, by the velocity just before it, Eq. (2.10)."""
+        """The velocity just after an impact on a membrane, from the velocity just before it, Eq. (2.10) [y_c]."""
         return flight.reflect(velocity, self.rebound(wall, velocity)[0])
 
     def rebound(self, wall: int, velocity: Any) -> tuple[Any, Any]:
-        """The restitution of an impact on a membrane with a velocity, and minus dZ'+/dZ'-: the same where constant."""
+        """The restitution of an impact on a membrane with a velocity, and -dZ'+/dZ'-, which is the same if constant."""
         r = self.restitution
         if isinstance(r, SpeedLaw):
             return r.at(wall, velocity)
@@ -221,9 +237,15 @@ class Groups(NamedTuple, Generic[Number]):
         return r, r
 
     def decay(self, walls: Sequence[int], velocity: Sequence[Any] = ()) -> Any:
-        """The root of the determinant of a motion's Jacobian: the product of r over its impacts, as in Eq. (A.3).
+        """The root of the determinant of a motion's return map: the product of r over its impacts, as in Eq. (A.3).
 
-        Where restitutions fall with speed it is that of (r s)^(1/2), s the slope of `rebound`, by the velocities.
+        Parameters
+        ----------
+        walls : sequence of int
+            Membranes of the impacts.
+        velocity : sequence
+            Just before them [y_c]; needed where restitutions fall with speed. The product is then that of (r s)^(1/2),
+            s the second number of `rebound`.
         """
         law = self.law
         if law is not None:
@@ -234,21 +256,26 @@ class Groups(NamedTuple, Generic[Number]):
         return prod(bottom if wall > 0 else top for wall in walls)
 
     def pull(self, force: Any, way: int = 0) -> Any:
-        """The relative acceleration where the force over its amplitude is this, of a sine a cosine, Eq. (2.8).
+        """The relative acceleration Z'', Eq. (2.8).
 
-        Of a ball with friction, where Z' has the sign `way`: see `gravity`.
+        Parameters
+        ----------
+        force : array_like
+            Over its amplitude: `Wave.force`, for a sine the cosine of the phase [-].
+        way : int
+            Sign of Z', for a ball with friction; see `gravity`.
         """
         return flight.acceleration(force, self.gravity(way))
 
     def gravity(self, way: Any) -> Any:
-        """What stands for gbar in a flight in which Z' has the sign `way`: friction is against the relative velocity.
+        """Gravity and friction along the capsule in a flight in which Z' has the sign `way` [-].
 
-        Z falls on the way up, from the bottom to the top membrane.
+        Friction is against the relative velocity. Z falls from the bottom to the top membrane: `way` is -1 upwards.
         """
         return self.gbar if self.friction is None else self.gbar - way * self.friction
 
     def flown(self, elapsed: Any, after: Any, begun: Wave, now: Wave, way: Any = 0, pi: Any = pi) -> tuple[Any, Any]:
-        """How far the ball has come a time after an impact, Z less that of the membrane left, and its velocity Z'.
+        """The position of the ball less that of the membrane left, and its velocity Z', a time after an impact.
 
         Parameters
         ----------
@@ -257,9 +284,11 @@ class Groups(NamedTuple, Generic[Number]):
         after : array_like
             Velocity just after it [y_c].
         begun, now : Wave
-            The force at the impact and then.
+            The force at the impact and at the end of that time.
         way : array_like
-            Of a ball with friction the sign of Z', see `gravity`.
+            Sign of Z', for a ball with friction; see `gravity`.
+        pi : number
+            In the kind of number.
 
         Source: Eqs. (2.11) and (2.12).
         """

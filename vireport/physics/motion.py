@@ -1,6 +1,6 @@
-"""Periodic motions of any word: what they are, and when two are the same.
+"""Periodic motions of any word as records of their impacts, and the distance of two motions.
 
-A motion is known by its impacts. Times are in t_c, half a forcing period, with the forcing phase pi t.
+Times are in t_c, half a forcing period; the forcing phase is pi t.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 SAME = 1e-7
-"""Difference of velocity [y_c] and time [t_c] up to which two motions are one: between the error of a solution
+"""Difference of velocity [y_c] and time [t_c] up to which two motions are the same: between the error of a solution
 (1e-12) and the distance of different motions at one value of the swept parameter."""
 
 AT_ZERO = 1e-9
-"""Velocity or gap that is zero where an event says that one is: far above rounding, far below any that differ."""
+"""Size of a velocity or gap that counts as zero at an event: far above rounding, far below those that are not zero."""
 
-BESIDE = 1e-3
-"""Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance grows with
-the square of the time, and is zero up to 1e-9 at 1e-4 or less."""
+SAME_TOUCH = 1e-3
+"""Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance from the
+membrane grows with the square of the time, and is below 1e-9 up to 1e-4 or less."""
 
 IMAGE = 1e-5
-"""Difference of velocity [y_c] and time [t_c] up to which a motion is its own image, where a family turns back as that:
-there the equations are singular, and half the digits of `SAME` are left."""
+"""Difference of velocity [y_c] and time [t_c] up to which a motion is its own image where a family turns back as its
+image: the equations are singular at such a motion, and half the digits of `SAME` are left."""
 
 
 class Symmetry(StrEnum):
@@ -51,9 +51,9 @@ class Motion(Struct, frozen=True, eq=False):
     velocity : ndarray (N,)
         Relative velocity just before each impact [y_c]; positive at the bottom, negative at the top.
     time : ndarray (N,)
-        Of each impact, ascending [t_c]; the forcing phase there is pi times it.
+        Of each impact, ascending [t_c]; its forcing phase is pi times the time.
     coordinate : float
-        What orders the sweep, see `Sweep.coordinate_of`: d, or gbar where the inclination varies.
+        Of the sweep or path that the motion is on, see `Sweep.coordinate_of`: d, or gbar where the inclination varies.
     """
 
     word: Word
@@ -79,35 +79,35 @@ class Motion(Struct, frozen=True, eq=False):
         return tuple(np.flatnonzero(np.abs(self.velocity) < AT_ZERO).tolist())
 
     def rotated(self, first: int) -> Motion:
-        """The motion with its impacts counted from another one, which is within the first forcing period."""
+        """The motion with its impacts counted from impact `first`, whose time is in the first forcing period."""
         time = np.concatenate([self.time[first:], self.time[:first] + 2 * self.word.periods])
         velocity = np.concatenate([self.velocity[first:], self.velocity[:first]])
         return Motion(self.word.rotated(first), velocity, time - 2 * np.floor(time[0] / 2), self.coordinate)
 
     def canonical(self) -> Motion:
-        """The motion counted from where its word is the alphabetically first one; of several, the fastest impact."""
+        """The motion with its word in canonical form; if several impacts give that, counted from the fastest one."""
         firsts = self.word.firsts(self.word.canonical())
         return self.rotated(max(firsts, key=lambda i: abs(float(self.velocity[i]))))
 
     def mirrored(self) -> Motion:
-        """The mirror image, a motion where gravity has no part along the capsule."""
+        """The mirror image, which is a motion of a horizontal capsule."""
         return replace(self, word=self.word.mirrored(), velocity=-self.velocity, time=self.time + 1)
 
     def representative(self, mirror: bool) -> Motion:
-        """The one of its rotations and, with `mirror`, its mirror images that stands for all."""
+        """The motion that stands for all rotations of this one and, with `mirror`, of its mirror image."""
         image = self.mirrored()
         exchanged = mirror and image.word.canonical().letters < self.word.canonical().letters
         return (image if exchanged else self).canonical()
 
     def times(self, count: int) -> Motion:
-        """Several periods of the motion, as one."""
+        """`count` periods of the motion as one motion of a longer word."""
         period = 2 * self.word.periods
         time = np.concatenate([self.time + i * period for i in range(count)])
         word = Word(count * self.word.walls, count * self.word.periods)
         return Motion(word, np.tile(self.velocity, count), time, self.coordinate)
 
     def primitive(self) -> Motion:
-        """The motion with the fewest impacts of which this is one period or several."""
+        """The motion with the fewest impacts of which this is a whole number of periods; itself, if that is one."""
         count = len(self.word)
         for i in self.word.firsts(self.word)[1:]:
             if count % i == 0 and self.apart(self.rotated(i)) < IMAGE:
@@ -116,7 +116,7 @@ class Motion(Struct, frozen=True, eq=False):
         return self
 
     def with_impact(self, after: int, wall: int, time: float) -> Motion:
-        """The motion with an impact of velocity zero in the flight after an impact."""
+        """The motion with an impact of velocity zero put in at a time of the flight that begins with impact `after`."""
         walls = (*self.word.walls[: after + 1], wall, *self.word.walls[after + 1 :])
         return Motion(
             Word(walls, self.word.periods),
@@ -126,24 +126,25 @@ class Motion(Struct, frozen=True, eq=False):
         )
 
     def without_impacts(self, which: Any) -> Motion:
-        """The motion without some of its impacts, which have no velocity."""
+        """The motion without impacts that have no velocity, by their numbers."""
         walls = tuple(wall for i, wall in enumerate(self.word.walls) if i not in which)
         velocity, time = np.delete(self.velocity, which), np.delete(self.time, which)
         return Motion(Word(walls, self.word.periods), velocity, time, self.coordinate)
 
     def apart(self, other: Motion) -> float:
-        """Largest difference of velocity and time of the impacts, in the order given; inf for other words."""
+        """Largest difference of velocity [y_c] and time [t_c] of the impacts, in their order; inf for other words."""
         if self.word != other.word:
             return inf
         late = (self.time - other.time).tolist()
+        # Whole forcing periods later it is the same motion.
         whole = 2 * round(late[0] / 2)
         fast = (self.velocity - other.velocity).tolist()
         return float(max(*map(abs, fast), *(abs(difference - whole) for difference in late)))
 
     def distance(self, other: Motion, mirror: bool = False) -> float:
-        """Least of `apart` over the impacts from which the other may be counted; inf for other words.
+        """Least of `apart` over all impacts from which the other motion may be counted; inf for other words.
 
-        With `mirror`, of its mirror image if that is nearer.
+        With `mirror` also over its mirror image.
         """
         others = (other, other.mirrored()) if mirror else (other,)
         images = (image.rotated(i) for image in others for i in image.word.firsts(self.word))

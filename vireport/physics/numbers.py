@@ -1,4 +1,4 @@
-"""The kinds of numbers that the formulae are evaluated in, and the functions of each.
+"""Kinds of numbers in which the formulae are evaluated, and the functions of each kind.
 
 A formula takes its numbers and, as `ops`, what provides `pi`, `sin` and `cos` for their kind; the crossing from and to
 SI units in `device` also takes `exact` (a double as such a number), `sqrt`, `sin_degrees` and `arcsin_degrees` from it.
@@ -93,13 +93,13 @@ class DoubleOps:
 
 
 def magnitude(x: Any) -> Any:
-    """The size of real numbers; of those with an imaginary step, the size that the step moves as it moves them."""
+    """The absolute value of real numbers; an imaginary step, as a derivative, changes its sign with the number."""
     x = np.asarray(x)
     return np.where(x.real < 0, -x, x)
 
 
 def wrapped(angle: Any) -> Any:
-    """The angle in [-pi, pi) that is whole turns away from one, a number or an array [rad]."""
+    """An angle, number or array, less whole turns, in [-pi, pi) [rad]."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
@@ -157,8 +157,9 @@ class DecimalOps:
         return angle
 
 
-@lru_cache(maxsize=32)  # the conditions of a motion and what is asked of it besides need the sines of the same phases
+@lru_cache(maxsize=32)  # the conditions of a motion and a further equation need the sines of the same phases
 def _sine_and_cosine(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
+    """Sine and cosine of a decimal, from those of its distance to the nearest quarter turn."""
     quarter = _pi(digits) / 2
     turns = int((x / quarter).to_integral_value())
     rest = x - turns * quarter
@@ -179,7 +180,7 @@ def _sine(x: Decimal, digits: int) -> Decimal:
 
 @lru_cache(maxsize=4)
 def _sine_coefficients(digits: int) -> tuple[Decimal, ...]:
-    """Those of sin(x)/x by powers of x^2, the highest first."""
+    """Taylor coefficients of sin(x)/x in powers of x^2, the highest first."""
     coefficients = [Decimal(1)]
     while coefficients[-1].adjusted() > -digits - 1:
         k = 2 * len(coefficients)
@@ -270,7 +271,7 @@ class Rounded:
 
     @property
     def real(self) -> Any:
-        """The doubles themselves, by which it is decided what holds for a number."""
+        """The doubles without their error, for decisions that depend on the number."""
         return self.value
 
     def sin(self) -> Rounded:
@@ -292,33 +293,34 @@ class Rounded:
         return Rounded(np.maximum(self.value, other.value), np.maximum(self.error, other.error))
 
     def distance(self, other: Rounded) -> Rounded:
-        """The size of the difference, which is not rounded where one is at most twice the other (Sterbenz)."""
+        """The absolute difference, which has no rounding where one number is at most twice the other (Sterbenz)."""
         away = np.abs(self.value - other.value)
         exact = away <= np.minimum(np.abs(self.value), np.abs(other.value))
         return Rounded(away, self.error + other.error + np.where(exact, 0.0, UNIT * away))
 
 
 def infinite_where_undefined(bounds: dict[str, Floats]) -> dict[str, Floats]:
-    """Error bounds as they are stated: infinite where their arithmetic has left nan, by which no error is bounded."""
+    """Error bounds with infinity in the place of nan, which their arithmetic leaves where no error is bounded."""
     return {name: np.where(np.isfinite(bound), bound, np.inf) for name, bound in bounds.items()}
 
 
 def _rounded(x: Any) -> Rounded:
+    """A number as `Rounded`; a double is exact."""
     return x if isinstance(x, Rounded) else Rounded(x)
 
 
 def _moved(slope: Any, error: Any) -> Any:
-    """How far a sine or cosine moves with its argument."""
+    """Bound of the change of a sine or cosine with its argument, by its slope and the error of the argument."""
     return np.minimum(np.abs(slope) * error + error * error / 2, 2.0)
 
 
 class MethodOps:
-    """Functions of a kind of number that has them as its own methods, such as `Rounded`.
+    """Functions of a kind of number that has them as methods, such as `Rounded`.
 
     Parameters
     ----------
     pi : object
-        As such a number.
+        In the kind of number.
     """
 
     sin, cos, sinc = methodcaller("sin"), methodcaller("cos"), methodcaller("sinc")

@@ -1,8 +1,8 @@
-"""How wrong voltages and deflections are: a bound for each, from that of the impact's speed and from rounding.
+"""Error bounds for voltages and deflections, from the error of the impact's speed and from rounding.
 
-By (5.5) a deflection goes with the power 2/(h + 1) of the speed, so that its relative error is so many times the
-speed's; a voltage goes with a power that depends on the deflection, its elasticity, which is found by a difference.
-Where a speed is not known well enough for that, both are evaluated at the ends of what it may be, with which they rise.
+By (5.5) a deflection grows with the power 2/(h + 1) of the speed, by which factor its relative error exceeds that of
+the speed. A voltage grows with a power that depends on the deflection, its elasticity, evaluated by a difference. If
+the error of the speed is too large for that, both are evaluated at the ends of its range, with which they increase.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from vireport.physics.numbers import UNIT, Rounded, infinite_where_undefined
 Floats = NDArray[np.float64]
 
 GENTLE = 1e-5
-"""Relative change of the impact velocity by which a voltage's elasticity is found; beyond it a voltage need not be
-proportional to a power of the velocity any more."""
+"""Relative change of the impact velocity for the difference that gives a voltage's elasticity; and the relative error
+up to which a voltage is taken as proportional to a power of the velocity."""
 
 
 def voltage_bounds(bottom: Rounded, top: Rounded, membrane: Membrane) -> dict[str, Floats]:
@@ -43,7 +43,7 @@ def voltage_bounds(bottom: Rounded, top: Rounded, membrane: Membrane) -> dict[st
 
 
 def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
-    """Bounds of the voltage and of the deflection of impacts."""
+    """Bounds of the voltage [V] and of the deflection [m] of impacts."""
     power, value = membrane.exponent + 1, speed.value
     share = speed.error / value
     delta, volts = deflection(value, membrane), generated_voltage(value, membrane)
@@ -66,7 +66,7 @@ def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
 
 
 def _spread(function: Callable[[Floats, Membrane], Floats], speed: Rounded, membrane: Membrane) -> Floats:
-    """How far what rises with the speed can be from what it is at `speed.value`."""
+    """Largest change of an increasing function of the speed within the error of the speed."""
     value = function(speed.value, membrane)
     fastest = function(speed.value + speed.error, membrane)
     slowest = function(np.maximum(speed.value - speed.error, 0.0), membrane)

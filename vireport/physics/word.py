@@ -1,4 +1,4 @@
-"""The word of a motion: the membranes that it strikes in one period, in their order.
+"""The word of a motion: the membranes that it strikes in one period, in order.
 
 A word is what the literature calls an impact sequence: BT is a 1:1 motion, BBT a 2:1 motion.
 """
@@ -47,23 +47,23 @@ class Word(Struct, frozen=True):
         return f"{self.walls.count(1)}:{self.walls.count(-1)}"
 
     def rotated(self, first: int) -> Word:
-        """Return the word of these impacts counted from another one."""
+        """Return the word with its impacts counted from impact `first`."""
         return Word(self.walls[first:] + self.walls[:first], self.periods)
 
     def firsts(self, other: Word) -> list[int]:
-        """The impacts from which these are the impacts of another sequence."""
+        """The impacts from which the word, counted anew, is another word; none if it is never that."""
         count, twice = len(self), self.walls + self.walls
         same = count == len(other) and self.periods == other.periods
         return [i for i in range(count) if same and twice[i : i + count] == other.walls]
 
     def canonical(self, mirror: bool = False) -> Word:
-        """Return the alphabetically first word of these impacts, or with `mirror` of them and their mirror image."""
+        """Return the alphabetically first of all rotations of the word and, with `mirror`, of its mirror image."""
         count, words = len(self), (self, self.mirrored()) if mirror else (self,)
-        starts = ((one.walls + one.walls)[i : i + count] for one in words for i in range(count))
+        starts = ((word.walls + word.walls)[i : i + count] for word in words for i in range(count))
         return Word(max(starts), self.periods)  # B, the first letter, is the larger number
 
     def mirrored(self) -> Word:
-        """Bottom and top exchanged."""
+        """Return the word with bottom and top exchanged."""
         return Word(tuple(-wall for wall in self.walls), self.periods)
 
     @property
@@ -73,5 +73,5 @@ class Word(Struct, frozen=True):
 
 
 def word_name(letters: str, periods: int) -> str:
-    """Letters of impacts and the forcing periods that they take, for the reader."""
+    """The letters of a word and its period as text, such as BBT every forcing period."""
     return f"{letters} every {f'{periods} forcing periods' if periods > 1 else 'forcing period'}"

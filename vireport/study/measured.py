@@ -372,8 +372,8 @@ def _multipliers(device: Device, motion: MeasuredMotion) -> Multipliers:
         )
         r = Restitutions(*measured[-2:])
         bottom, top = (gbar + groups.wave(phi, ARRAYS).force for phi in (phi_bottom, phi_top))
-        there = flight_jacobian(rise, down, up, bottom, top, r.bottom)
-        back = flight_jacobian(fall, up, down, top, bottom, r.top)
+        there = flight_jacobian(rise, (down, up), (bottom, top), r.bottom)
+        back = flight_jacobian(fall, (up, down), (top, bottom), r.top)
         trace, decay = product_trace((there, back)), lap_decay(r)
         return np.array([trace, discriminant(trace, decay), decay], dtype=float)
 

@@ -433,7 +433,7 @@ def _switched_on(study: Study, say: Progress) -> Study:
 
 def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
     from vireport.atlas.families import atlas
-    from vireport.atlas.given import motions_of
+    from vireport.atlas.guesses import motions_of
 
     sweep = study.solution.sweep
     if sweep is None:

@@ -16,7 +16,7 @@ from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
-from vireport.physics.energy import Dielectric, Membrane, conversion, voltages
+from vireport.physics.energy import Dielectric, Membrane, Strikes, conversion, voltages
 from vireport.physics.groups import Restitutions
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -125,7 +125,7 @@ def test_tolerances_of_one_membrane_are_proved_or_refuted() -> None:
 def test_impacts_lose_by_the_restitution_of_their_membrane() -> None:
     dielectric = Dielectric(1e-3, 4.7, 1e8)
     membrane = Membrane(4.0847e5, 2.6, 6.3e-3, 5e-3, 2000.0, 2.2e-6, dielectric)
-    gained = conversion((10.0, 20.0), (1.0, 2.0), membrane, dielectric, Restitutions(0.4, 0.6), 0.5)
+    gained = conversion(Strikes((10.0, 20.0), (1.0, 2.0), Restitutions(0.4, 0.6)), membrane, dielectric, 0.5)
     lost = 2.2e-6 / 2 * ((1 - 0.16) * 1.0 + (1 - 0.36) * 4.0)
     assert gained.efficiency == pytest.approx((gained.energy_bottom_j + gained.energy_top_j) / lost, rel=1e-14)
     assert voltages(1.0, 2.0, membrane).average_v > 0

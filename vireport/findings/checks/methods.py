@@ -217,8 +217,8 @@ def printed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> f
             closed[1] = q - 0.5
         up, top = 2 * n * q, _velocity_top(velocity, gbar, r, n)
         at_bottom, at_top = gbar + cos(phase), gbar + cos(phase + pi * up)
-        first = flight_jacobian(up, velocity, top, at_bottom, at_top, r_bottom)
-        second = flight_jacobian(2 * n - up, top, velocity, at_top, at_bottom, r_top)
+        first = flight_jacobian(up, (velocity, top), (at_bottom, at_top), r_bottom)
+        second = flight_jacobian(2 * n - up, (top, velocity), (at_top, at_bottom), r_top)
         return [*closed, product_trace([first, second]) - target.trace]
 
     x = find_root(residual, [guess.velocity, guess.phase, guess.q, guess.value / unit], stop, FORMULA_NOISE)
@@ -271,8 +271,8 @@ def shoot(flight_with: FlightWith, target: BenchmarkProblem, setting: float, bud
         down, end = method.fly(model, TOP, top, phase + pi * up, budget)
         residual = _finite([pi * (up + down - period), end - velocity])
         at = [gbar + cos(phase + pi * t) for t in (0.0, up, up + down)]
-        a11, a12, a21, a22 = flight_jacobian(up, velocity, top, at[0], at[1], r_bottom)
-        b11, b12, b21, b22 = flight_jacobian(down, top, end, at[1], at[2], r_top)
+        a11, a12, a21, a22 = flight_jacobian(up, (velocity, top), (at[0], at[1]), r_bottom)
+        b11, b12, b21, b22 = flight_jacobian(down, (top, end), (at[1], at[2]), r_top)
         return residual, [
             [b11 * a11 + b12 * a21 - 1, pi * (b11 * a12 + b12 * a22)],
             [(b21 * a11 + b22 * a21) / pi, b21 * a12 + b22 * a22 - 1],
@@ -344,14 +344,14 @@ def _carried(
     start = float(velocity.real[0]), float(phase.real[0])
     time, end = method.fly(model, wall, *start, budget)
     pull_start, pull_end = (groups.gbar + cos(start[1] + pi * t) for t in (0.0, time))
-    a11, a12, a21, a22 = flight_jacobian(time, start[0], end, pull_start, pull_end, r)
+    a11, a12, a21, a22 = flight_jacobian(time, (start[0], end), (pull_start, pull_end), r)
     by_groups = -(wall * d.imag + time * time / 2 * gbar.imag) / end
     later = a11 * phase.imag / pi + a12 * velocity.imag + by_groups
     faster = a21 * phase.imag / pi + a22 * velocity.imag + pull_end * by_groups + time * gbar.imag
     duration = time + 1j * (later - phase.imag / pi)
     after = np.array([phase + pi * duration, end + 1j * faster, d, gbar])
     pulls = gbar + np.cos(phase), gbar + np.cos(after[0])
-    return duration, after, flight_jacobian(duration, velocity, after[1], *pulls, r)
+    return duration, after, flight_jacobian(duration, (velocity, after[1]), pulls, r)
 
 
 def _finite(values: list[float]) -> list[float]:

@@ -49,7 +49,7 @@ def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
     rows = []
     for i in range(count):
         j = (i + 1) % count
-        rows.append(flight_jacobian(durations[i], velocity[i], velocity[j], pulls[i], pulls[j], *rebounds[i]))
+        rows.append(flight_jacobian(durations[i], (velocity[i], velocity[j]), (pulls[i], pulls[j]), *rebounds[i]))
     return np.array(rows).reshape(count, 2, 2)
 
 

@@ -212,7 +212,7 @@ def lap_derivative(groups: Groups[float], motion: Motion, time: Affine, velocity
             return None
         start, end = (exactly.pull(AFFINE.cos(AFFINE.pi * impacts.time)) for impacts in (before, at))
         r = restitutions(groups, before.wall)
-        a, b, c, d = flight_jacobian(at.duration, before.velocity, at.velocity, start, end, r)
+        a, b, c, d = flight_jacobian(at.duration, (before.velocity, at.velocity), (start, end), r)
         lap = (a, b, c, d) if lap is None else _product((a, b, c, d), lap)
     return lap
 

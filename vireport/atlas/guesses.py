@@ -1,4 +1,4 @@
-"""Motions of a word that is asked for at one value of a sweep, from many guesses: starts of families like any other."""
+"""Motions of a word that the user names, at one value of a sweep, from many random guesses."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
 
 TRIED = 1000
-"""Guesses of a word: of 1000, from 22 to 250 came to the stable motion of a word of three to eight impacts, on four
+"""Guesses for a word: from 22 to 250 of 1000 came to the stable motion of a word of three to eight impacts, on four
 devices. They take one to three seconds."""
 
 LEAST_FLIGHT = 0.02
 """Shortest flight of a guess [t_c]: velocities that solve shorter ones are none that any motion has."""
 
 STEPS, CLOSE = 60, 1e-4
-"""Evaluations that a guess is improved with, and how far off the conditions may be when Newton's method begins."""
+"""Evaluations by which a guess is improved, and the largest residual from which Newton's method begins."""
 
 
 def motions_of(word: Word, model: Model, low: float, high: float, coordinate: float) -> list[Motion]:
-    """Find motions of a word at one value of the coordinate of a sweep; some may be missed.
+    """Search for motions of a word at one value of the coordinate of a sweep; some may be missed.
 
     Parameters
     ----------
@@ -37,11 +37,11 @@ def motions_of(word: Word, model: Model, low: float, high: float, coordinate: fl
     Returns
     -------
     list of Motion
-        Each once, of a motion and its mirror image one; none that is several periods of a shorter one.
+        Without repetitions and mirror images, and without several periods of a shorter motion.
     """
     from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
-    curve, count, motions = Curve.along_sweep(word, model, low, high), len(word), list[Motion]()
+    curve, count, motions = Curve.over_sweep(word, model, low, high), len(word), list[Motion]()
 
     def conditions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, matrix = linearised(word, np.append(x, coordinate), model)
@@ -51,7 +51,8 @@ def motions_of(word: Word, model: Model, low: float, high: float, coordinate: fl
     for time in np.sort(rng.uniform(0.0, 2.0 * word.periods, (TRIED, count))):
         if np.diff(time, append=time[0] + 2.0 * word.periods).min() < LEAST_FLIGHT:
             continue
-        # Above given times the conditions are linear in the velocities, of which there are half as many.
+        # At fixed times the conditions are linear in the velocities, half as many: their least squares complete the
+        # guess.
         values, matrix = conditions(np.append(np.zeros(count), time))
         velocity = np.linalg.lstsq(matrix[:, :count], -values, rcond=None)[0]
         # Newton's method alone comes to a motion of eight impacts from one guess in a thousand, this from one in fifty.
