@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from vireport.motions.roots import (
+    Crossing,
     Guesses,
     bracketed_root,
     cubic_root,
     golden_minimum,
+    golden_section,
     may_hide_zeros,
     newton_root,
+    path_root,
     secant_root,
 )
 
@@ -100,3 +103,31 @@ def test_minimum_and_the_zeros_it_may_hide() -> None:
     assert lowest == pytest.approx(dip, abs=1e-8)
     assert function(lowest) < 0
     assert not may_hide_zeros(values + 1).any()
+
+
+@pytest.mark.parametrize("end", [2.0, -2.0])
+def test_the_zero_of_one_bracket_is_that_of_an_argument_that_was_evaluated(end: float) -> None:
+    called = []
+
+    def function(x: float) -> float:
+        called.append(x)
+        return float(np.sign(end)) * x**3 - 0.7
+
+    zero = path_root(function, end, True, Crossing(end / 3, 4.0 * float(np.sign(end))), 1e-13)
+    assert zero.at == pytest.approx(float(np.sign(end)) * np.cbrt(0.7), rel=1e-12)
+    assert zero.slope == pytest.approx(3 * np.sign(end) * np.cbrt(0.7) ** 2, rel=1e-3)
+    assert zero.at in called
+    assert len(called) < 15
+
+
+def test_a_step_is_bisected_to_the_last_bit() -> None:
+    # On a staircase secants have no slope to go by.
+    zero = path_root(lambda x: round(8 * x) / 8 - 0.3, 1.0, True, Crossing(0.9, 1.0), 0.0)
+    assert zero.at == pytest.approx(0.3125, abs=1e-15)
+
+
+def test_a_golden_section_evaluates_once_for_each_step() -> None:
+    called = []
+    lowest = golden_section(lambda x: called.append(x) or (x - 0.35) ** 2, -1.0, 1.0, 30)
+    assert lowest == pytest.approx(0.35, abs=1e-6)
+    assert len(called) == 32
