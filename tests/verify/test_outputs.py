@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from types import SimpleNamespace as Thing
 
 import pytest
@@ -95,3 +96,11 @@ def test_tables_are_printed_where_they_are_asked_for(example, capsys, monkeypatc
         assert told.startswith(f"{answer[0]}\n")
         assert "Quantities in 40-digit arithmetic" in told
         assert ("Every run: the motion" in told) == (option == "--all")
+
+
+@pytest.mark.parametrize("more", [[], ["--extremes"]])
+def test_errors_that_cannot_be_measured_are_refused_before_work_begins(more, example, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
+    assert main(["verify", str(example("inclined")), *more]) == 3
+    said = "vireport: error: vireport verify: the package mpmath is missing: pip install 'vireport[verify]'\n"
+    assert capsys.readouterr().err == said
