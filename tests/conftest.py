@@ -37,7 +37,7 @@ LONGEST_QUICK = 0.3
 
 OF_ADDITIONS = {
     "atlas/test_given_words.py": {"map"},
-    "cli": {"checks", "compare", "explore", "map", "membranes", "optimise", "outcomes", "verify"},
+    "cli": {"certificates", "checks", "compare", "explore", "map", "membranes", "optimise", "outcomes", "verify"},
     "comparison/test_compare.py": {"outcomes"},
     "figures/test_figures_for_papers.py": {"compare", "map", "optimise"},
     "figures/test_readable_figures.py": {"checks", "compare", "map", "membranes"},
@@ -50,9 +50,10 @@ OF_ADDITIONS = {
     "scenario/test_bad_scenarios.py": {"checks", "outcomes", "tolerances"},
     "scenario/test_schema.py": {"checks", "membranes", "outcomes", "tolerances"},
     "study/test_in_python.py": {"compare", "driven", "outcomes", "tolerances"},
+    "study/test_runs_along_a_restitution.py": {"certificates"},
     "study/test_runs_with_falling_restitution.py": {"checks", "membranes", "outcomes", "tolerances"},
-    "study/test_runs_with_friction.py": {"checks", "map", "membranes", "tolerances"},
-    "study/test_runs_with_harmonics.py": {"checks", "map", "membranes", "tolerances"},
+    "study/test_runs_with_friction.py": {"certificates", "checks", "map", "membranes", "tolerances"},
+    "study/test_runs_with_harmonics.py": {"certificates", "checks", "map", "membranes", "tolerances"},
     "test_shown.py": {"compare", "map", "optimise", "outcomes", "proofs", "tolerances"},
     "test_shown_digits.py": {"tolerances"},
     "wording/test_words.py": {"compare", "map"},

@@ -79,6 +79,12 @@ def test_certify_prints_enclosures_and_keeps_them(example, tmp_path: Path, capsy
     assert certificate["bound_holds"]
 
 
+def test_proofs_that_are_taken_out_are_no_option(example, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("vireport.cli.commands.ADDITIONS", {})
+    assert main(["run", str(example("inclined")), "--json", "--certify"]) == 2
+    assert capsys.readouterr().err == "vireport: error: No such option: --certify\n"
+
+
 def test_certify_without_a_sweep_says_that_there_is_nothing(example, tmp_path: Path, capsys) -> None:
     pytest.importorskip("flint")
     main(["run", str(example("design-point")), "--certify", "-o", str(tmp_path), "--format", "json"])

@@ -363,7 +363,7 @@ def judged(device: Device, parameter: Parameter | None) -> tuple[Any, ...]:
         start, end = (0, 90) if parameter is Parameter.INCLINATION else (value / 1.3, value * 1.2)
         text += f"sweep: {{parameter: {parameter.value}, from: {start!r}, to: {end!r}}}\n"
     loaded = loads(text)
-    study, exit_code = analyse(loaded, ["json"]), results_outcome(loaded, "", certify=False).exit_code
+    study, exit_code = analyse(loaded, ["json"]), results_outcome(loaded, "", ["json"]).exit_code
     design = study.solution.design
     margins = [
         (ending.parameter, ending.event, ending.sweep_value, ending.distance, ending.error_bound)

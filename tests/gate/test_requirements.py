@@ -468,7 +468,7 @@ def test_without_the_block_nothing_is_judged_and_no_room_for_it_imported(study_o
         "report.context",
         "figures.layout",
         "findings.proofs.proved",
-        "checks.certificates",
+        "findings.certificates.proofs",
     )
     assert not {f"vireport.{module}" for module in others} & set(loaded)
 

@@ -53,7 +53,7 @@ def why(planned, task: Task) -> str:
 
 
 def test_every_task_is_listed_once_and_runs_where_everything_is_asked_for():
-    planned = of(EVERYTHING, *ALL_FORMATS, inclination_deg=0, device__membrane=ELECTRICAL)
+    planned = of(EVERYTHING, *ALL_FORMATS, "certificates", inclination_deg=0, device__membrane=ELECTRICAL)
     assert sorted(step.task for step in planned.steps) == sorted(({*Task} | ADDED) - INSTEAD - RECORDED)
     assert [step.task for step in planned.left_out] == [Task.OPTIMISE]
     assert "vireport optimise" in why(planned, Task.OPTIMISE)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vireport.base.errors import UsageError
-from vireport.checks.certificates import certify
 from vireport.figures.sweeps import figure_2
+from vireport.findings.certificates.proofs import certify
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from vireport.base.errors import UsageError
 from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
-from vireport.checks.certificates import certify
+from vireport.findings.certificates.proofs import certify
 from vireport.findings.checks.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.proof import prove_region

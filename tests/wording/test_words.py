@@ -1218,14 +1218,6 @@ def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) 
 B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
 
 
-def point(label: str, **of: object) -> SimpleNamespace:
-    return thing(**{"label": label, "proved": True, "bound_holds": True, "mirror_proved": None, "beyond": ()} | of)
-
-
-def points(*of: SimpleNamespace) -> tuple[list[SimpleNamespace]]:
-    return (list(of),)
-
-
 def record(**of: object) -> SimpleNamespace:
     """A record that shows no motion, but for what is said of it."""
     known = {"unfit": None, "left_open": None, "shown": None, "motion": None, "referenced": False, "impacts": 9}
@@ -1417,43 +1409,6 @@ ON_MAPS = [
 SAID: list[tuple[str, str, tuple[object, ...], str]] = [
     *(("chart", *row) for row in CHARTED),
     *(("map", *row) for row in ON_MAPS),
-    ("certificates", "between", (None,), "undecided"),
-    ("certificates", "nothing", (), "no critical points to prove"),
-    ("certificates", "unproved", (thing(reason="it is degenerate"),), "not proved: it is degenerate"),
-    (
-        "certificates",
-        "notes",
-        (thing(radius=1e-10, side="stable above", admissible=True),),
-        "within 1 × 10⁻¹⁰, stable above",
-    ),
-    (
-        "certificates",
-        "notes",
-        (thing(radius=1e-10, side="", admissible=False),),
-        "alone within 1 × 10⁻¹⁰, ball between the membranes: no, proved",
-    ),
-    ("certificates", "summary", points(), "0 of 0 critical points proved."),
-    (
-        "certificates",
-        "summary",
-        points(point("B1")),
-        "1 of 1 critical point proved, each within the error bound that is stated for it.",
-    ),
-    ("certificates", "summary", points(point("B1", proved=False)), "0 of 1 critical point proved."),
-    (
-        "certificates",
-        "summary",
-        points(point("B1", bound_holds=False, mirror_proved=False), point("C1", mirror_proved=True, beyond=("d", "q"))),
-        "2 of 2 critical points proved, but the error bound stated is not proved to hold for B1; the mirror image is "
-        "not "
-        "proved for B1; error bounds stated for other numbers are not proved for C1 (d, q).",
-    ),
-    (
-        "certificates",
-        "summary",
-        points(point("B1", beyond=("d",)), point("C1", beyond=("q",))),
-        "stated for it; error bounds stated for other numbers are not proved for B1 (d), C1 (q).",
-    ),
     ("effects", "effect", (shift("RESTITUTION_BOTTOM"), FIXED), "restitution at the bottom −5 %"),
     ("effects", "effect", (shift("RESTITUTION_TOP"), FIXED), "restitution at the top −5 %"),
     ("effects", "effect", (shift("CAPSULE"), FIXED), "capsule free instead of prescribed"),

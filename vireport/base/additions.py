@@ -33,6 +33,7 @@ class AdditionRow(NamedTuple):
 
 ROWS: Mapping[str, AdditionRow] = {
     "outcomes": AdditionRow(("findings.outcomes",), ("finding",)),
+    "certificates": AdditionRow(("findings.certificates",), ("finding",)),
     "checks": AdditionRow(("findings.checks",), ("finding",)),
     "membranes": AdditionRow(("findings.membranes",), ("finding",), after=("checks",)),
     "driven": AdditionRow(("findings.driven",), ("finding",)),

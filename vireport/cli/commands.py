@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 
-from vireport.base.additions import adding
+from vireport.base.additions import ADDITIONS, adding
 from vireport.base.encoding import json_text
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.base.files import require_writable, writable, write_new
@@ -34,6 +34,9 @@ IDENTIFY = CommandFormats(
 )
 
 NEW_FILE = "scenario.yaml"
+
+CERTIFICATES = "certificates"
+"""The addition that `--certify` asks for."""
 
 EPILOG = (
     "vireport SCENARIO is short for vireport run SCENARIO, and vireport COMMAND --help lists the options of a command. "
@@ -134,8 +137,11 @@ def run(
         from vireport.scenario.loading import with_default_blocks
 
         loaded = with_default_blocks(loaded)
-    certify = certify or (earlier is not None and bool(earlier.results.get("certificates")))
-    if certify:
+    if certify and CERTIFICATES not in ADDITIONS:
+        raise UsageError("No such option: --certify")
+    certified = earlier is not None and bool(earlier.results.get(CERTIFICATES))
+    added = (CERTIFICATES,) if certify or (certified and CERTIFICATES in ADDITIONS) else ()
+    if added:
         from vireport.study.plan import refuse_special, require_proofs
 
         refuse_special(loaded.scenario, "--certify")
@@ -146,7 +152,7 @@ def run(
     if json:
         tell_lacking(loaded, ("json",), quiet)
         with progress(quiet, verbose) as say:
-            outcome = results_outcome(loaded, command, certify, earlier, say)
+            outcome = results_outcome(loaded, command, ("json", *added), earlier, say)
         deliver(outcome, quiet=quiet)
         return
     folder, formats = output or default_folder(scenario), formats_of(RUN, format_)
@@ -157,7 +163,7 @@ def run(
         # Those of a sweep are asked for by it; a device without one has none but those of its pages.
         every_figure = bool(format_) or loaded.scenario.sweep is None
         outcome = run_outcome(
-            loaded, formats, command, templates, say, certify, before, earlier, paper, width_mm, every_figure
+            loaded, (*formats, *added), command, templates, say, before, earlier, paper, width_mm, every_figure
         )
     deliver(outcome, folder, quiet)
 

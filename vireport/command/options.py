@@ -98,7 +98,12 @@ AllowOutside = Annotated[
     ),
 ]
 Certify = Annotated[
-    bool, typer.Option("--certify", help="Proves the critical points in ball arithmetic; prints enclosures.")
+    bool,
+    typer.Option(
+        "--certify",
+        hidden="certificates" not in ADDITIONS,
+        help="Proves the critical points in ball arithmetic; prints enclosures.",
+    ),
 ]
 Full = Annotated[
     bool,

@@ -19,7 +19,7 @@ from vireport.scenario.loading import Loaded
 from vireport.study.plan import FIGURE_FORMATS, FIGURES_OF_PAGES, Task, figures, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import branches_csv
-from vireport.study.study import Study, analyse, results_json, with_certificates
+from vireport.study.study import Study, analyse, results_json
 from vireport.text.alerts import AlertCode
 
 if TYPE_CHECKING:
@@ -44,28 +44,25 @@ NAMES = {
 """Files that a run may write, by their formats."""
 
 
-def file_names(formats: Iterable[Task], names: Mapping[Task, tuple[str, ...]] = NAMES) -> tuple[str, ...]:
+def file_names(formats: Iterable[str], names: Mapping[Any, tuple[str, ...]] = NAMES) -> tuple[str, ...]:
     """The files that a run may write in these formats, or another command, by its table of names."""
     return tuple(name for task in formats for name in names.get(task, ()))
 
 
 def results_outcome(
-    loaded: Loaded, command: str, certify: bool, earlier: Earlier | None = None, say: Progress | None = None
+    loaded: Loaded, command: str, formats: Sequence[str], earlier: Earlier | None = None, say: Progress | None = None
 ) -> CommandOutcome:
     """The results of a scenario, on standard output."""
-    study = analyse(loaded, (Task.JSON,), say)
-    if certify:
-        study = with_certificates(study)
+    study = analyse(loaded, formats, say)
     return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, earlier)
 
 
 def run_outcome(
     loaded: Loaded,
-    formats: Sequence[Task],
+    formats: Sequence[str],
     command: str,
     templates: Path | None,
     say: Progress,
-    certify: bool,
     baseline: Mapping[str, Any] | None,
     earlier: Earlier | None,
     paper: str,
@@ -77,16 +74,14 @@ def run_outcome(
     Parameters
     ----------
     loaded : Loaded
-    formats : sequence of Task
-        Among `study.ALL_FORMATS`.
+    formats : sequence of str
+        Among `study.ALL_FORMATS`, or the name of an addition that is asked for as these are.
     command : str
         For the record.
     templates : Path, optional
         A folder whose report templates replace the package's.
     say : callable
         Told each step as it begins.
-    certify : bool
-        Whether to prove the critical points.
     baseline : mapping or None
         results.json of an earlier run, as data. What has changed since is told, and has no part in the exit code.
     earlier : Earlier or None
@@ -99,9 +94,6 @@ def run_outcome(
         Whether the figures that are on the pages are files of their own as well.
     """
     study = analyse(loaded, formats, portion(say, 0.0, ANALYSED_SHARE))
-    if certify:
-        say("proving the critical points")
-        study = with_certificates(study)
     printed = ""
     if study.plan.runs(Task.GITHUB):
         from vireport.report.ci_formats import github
@@ -119,7 +111,7 @@ def run_outcome(
             changes_table(changed, templates=templates),
         )
     files = run_files(study, command, templates, say, changes, paper, width_mm=width_mm, every_figure=every_figure)
-    outcome = _judged(study, printed, _certificates(study), files, summary)
+    outcome = _judged(study, printed, _printed(study), files, summary)
     others = [task for task in NAMES if task not in formats]
     return replace(_again(outcome, study, earlier, templates), stale=file_names(formats), beside=file_names(others))
 
@@ -215,11 +207,6 @@ def _again(
     return replace(outcome, summary="\n".join(filter(None, lines)))
 
 
-def _certificates(study: Study) -> str:
-    if study.certificates is None:
-        return ""
-    if study.solution.sweep is None:
-        return "No critical point to prove: there is no sweep.\n"
-    from vireport.report.certificates import certify_text
-
-    return certify_text(study.certificates, study.solution.sweep.parameter).rstrip() + "\n"
+def _printed(study: Study) -> str:
+    """What additions print."""
+    return "".join(finding.printed(found, study) for finding, found in found_by(study.findings))

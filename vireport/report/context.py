@@ -407,11 +407,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         """The requirements that are not met."""
         return tuple(criterion for criterion in self.study.criteria if not criterion.passed)
 
-    @property
-    def proof_summary(self) -> str:
-        """How many critical points are proved, in a sentence."""
-        return self.say("certificates", "summary", self.study.certificates or ())
-
     def families(self) -> Table | None:
         """The families of motions of other impact sequences."""
         if self.study.atlas is None:

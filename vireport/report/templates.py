@@ -20,7 +20,7 @@ from msgspec import Struct
 
 from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
-from vireport.report.certificates import plus_minus
+from vireport.text.enclosed import plus_minus
 from vireport.text.formatting import factor_text, tied
 from vireport.wording.templates import environment_of, mistakes_named
 

@@ -114,6 +114,10 @@ class AddedFinding(Generic[Found]):
         """Sentences and tables of its section, by the names that its template knows."""
         return {}
 
+    def printed(self, found: Found, study: Study) -> str:
+        """What a run prints of it on standard output."""
+        return ""
+
     def written(self, found: Found, study: Study) -> Mapping[str, bytes]:
         """The content of its files, as far as there is any."""
         return {}

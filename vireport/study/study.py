@@ -12,7 +12,6 @@ from msgspec.structs import replace
 
 from vireport.base.errors import Mistake, ScenarioError, UsageError
 from vireport.base.progress import Progress, portion
-from vireport.base.records import plain
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.solution import Solution, solution_of
 from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
@@ -52,7 +51,6 @@ from vireport.text.foreign import visible
 from vireport.text.formatting import shown
 
 if TYPE_CHECKING:
-    from vireport.checks.certificates import Certificate
     from vireport.checks.crosscheck import CrossCheck
     from vireport.checks.reproduction import Reproduction
     from vireport.compliant.own_stiffness import OwnStiffness
@@ -85,8 +83,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         The families of motions of other impact sequences.
     own_stiffness : OwnStiffness or None
         The motion and its margin with the membranes' own stiffness; None where contacts are short.
-    certificates : tuple of Certificate or None
-        Proven enclosures of the critical points.
     criteria : tuple of Criterion
         What the scenario requires, and whether it is met; () where nothing is required.
     switched_on : SwitchedOn or None
@@ -106,7 +102,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     attractors_from_rest: tuple[AttractorFromRest, ...] = ()
     atlas: Atlas | None = None
     own_stiffness: OwnStiffness | None = None
-    certificates: tuple[Certificate, ...] | None = None
     criteria: tuple[Criterion, ...] = ()
     switched_on: SwitchedOn | None = None
     effects: Shifts | None = None
@@ -222,7 +217,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
             "effects": self.effects and effects_data(self.effects),
             "margin_to_use": self._margin_to_use,
-            "certificates": None if self.certificates is None else [plain(proof) for proof in self.certificates],
             **self._added_data(),
             "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
             "disturbances": self.switched_on and self._switched_on_data(self.switched_on),
@@ -514,16 +508,3 @@ def _with_effects(study: Study) -> Study:
     elif own.margin_gone:
         found = replace(found, rows=(*found.rows, Shift(effect, absence=Unmoved.NOT_STABLE)))
     return replace(study, effects=found)
-
-
-def with_certificates(study: Study) -> Study:
-    """Add proven enclosures of the critical points, from ball arithmetic.
-
-    Raises
-    ------
-    NumericalError
-        If the package for it is not installed.
-    """
-    from vireport.checks import certificates
-
-    return replace(study, certificates=certificates.certify(study.solution.diagram))

@@ -2,47 +2,38 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-import sys
 from decimal import Decimal
 
 import numpy as np
 import pytest
 from conftest import first
-from mpmath import mp, mpf
+from mpmath import mpf
 from msgspec.structs import replace
 from pages import Page
 from strategies import random_sweeps
 
 from vireport import analyse, load, loads
-from vireport.base.errors import NumericalError
 from vireport.base.records import plain
 from vireport.checks import reference
 from vireport.checks.forty_digits import critical_motion
 from vireport.motions.diagram import solve
 from vireport.motions.events import CRITICAL, Event
 from vireport.motions.orbits import orbits
-from vireport.motions.stability import return_trace
-from vireport.scenario.parameters import DRIVING, Parameter
+from vireport.scenario.parameters import Parameter
 
 pytest.importorskip("flint")
 
 from flint import arb
 
-from vireport.checks import enclosures
-from vireport.checks.certificates import certify, certify_point
 from vireport.checks.confinement import stays_between
 from vireport.checks.enclosures import (
     BallOps,
-    UnprovedError,
     ball,
-    bounds,
-    gradients,
     precision,
-    prove,
 )
-from vireport.report.certificates import certify_text, plus_minus
+from vireport.findings.certificates.printed import certify_text
+from vireport.findings.certificates.proofs import certify, certify_point
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.study.provenance import provenance_of
@@ -267,85 +258,6 @@ def test_motions_through_a_membrane_are_proved_to_be_none(example) -> None:
     assert min(decided.values()) > 10
 
 
-def test_gradients_are_those_of_40_digits() -> None:
-    u, phi, r, n = mpf("0.1"), mpf("0.5"), mpf("0.5"), 1
-
-    def trace(u, phi):
-        return return_trace(orbits(u, phi, r, n, mp), r)
-
-    def in_balls(x):
-        return [return_trace(orbits(x[0], x[1], arb(0.5), n, BallOps()), arb(0.5))]
-
-    with precision(192):
-        box = [arb("0.1"), arb("0.5")]
-        exact = (trace(u, phi), mp.diff(trace, (u, phi), (1, 0)), mp.diff(trace, (u, phi), (0, 1)))
-        for enclosed, value in zip((*in_balls(box), *gradients(in_balls, box)[0]), exact, strict=True):
-            assert contains(bounds(enclosed + arb(0, 1e-15)), value)
-        wide = [arb(0, 0.5), arb(0, 4)]
-        assert not any(slope.is_finite() for slope in gradients(lambda x: [x[1] / x[0]], wide)[0])
-
-
-@pytest.mark.parametrize("parameter", DRIVING)
-def test_groups_and_sweep_value_are_inverse(parameter: Parameter) -> None:
-    for device in (replace(sweep.device, inclination_deg=33.0) for sweep in random_sweeps(12, seed=3)):
-        value, ops = getattr(device, parameter), BallOps()
-        with precision(192):
-            d, gbar, *_ = device.groups(parameter, value, ops)
-            back = device.value(parameter, d, gbar, ops)
-            assert back.contains(ball(value))
-            assert back.rad() < 1e-50 * abs(value)
-            for group, exact in zip((d, gbar), reference.groups(device, parameter, value), strict=True):
-                low, high = bounds(group)
-                assert mpf(low) * (1 - mpf(10) ** -35) <= exact <= mpf(high) * (1 + mpf(10) ** -35)
-
-
-def test_ninety_degrees_is_not_exceeded(case) -> None:
-    study, _ = case("inclination")
-    device, sweep, ops = study.solution.device, study.solution.sweep, BallOps()
-    with precision(192):
-        gbar = device.groups(Parameter.INCLINATION, 90.0, ops)[1]
-        assert not sweep.value(2 * gbar, ops).is_finite()
-        gbar = device.groups(Parameter.INCLINATION, 89.9999999, ops)[1]
-        assert sweep.value(gbar, ops).contains(ball(89.9999999))
-
-
-def test_bounds_are_outward() -> None:
-    rng = np.random.default_rng(5)
-    with precision(128):
-        for size in 10.0 ** rng.uniform(-30, 30, 100):
-            number = arb(float(size * rng.normal()), float(size * 10 ** rng.uniform(-40, 1)))
-            low, high = bounds(number, 7)
-            with precision(400):
-                assert arb(low) < number.upper()
-                assert not arb(low) > number.lower()
-                assert not arb(high) < number.upper()
-            assert Decimal(high) - Decimal(low) <= Decimal(float(2 * number.rad())) + Decimal(
-                max(abs(Decimal(low)), abs(Decimal(high)))
-            ) * Decimal("3e-6")
-        assert bounds(arb(0)) == ("0", "0")
-        assert bounds(arb(-0.5)) == ("-0.5", "-0.5")
-
-
-def test_plus_minus_holds_its_bounds() -> None:
-    rng = np.random.default_rng(8)
-    for low, width in zip(rng.integers(-(10**9), 10**9, 50), rng.integers(1, 10**4, 50), strict=True):
-        pair = (f"{Decimal(int(low)).scaleb(-12)}", f"{Decimal(int(low + width)).scaleb(-12)}")
-        middle, off = map(Decimal, plus_minus(pair).split(" ± "))
-        assert middle - off <= Decimal(pair[0])
-        assert middle + off >= Decimal(pair[1])
-
-
-def test_a_double_root_is_not_proved() -> None:
-    with precision(128), pytest.raises(UnprovedError):
-        prove(lambda x: [x[0] * x[0]], [1e-9], [1.0])
-    with precision(128), pytest.raises(UnprovedError):
-        prove(lambda x: [x[0] + x[1], 2 * x[0] + 2 * x[1]], [0.0, 0.0], [1.0, 1.0])
-    with precision(128):
-        root = prove(lambda x: [x[0] * x[0] - 2], [1.41421356], [1.0])
-        assert root.box[0].contains(arb(2).sqrt())
-        assert root.radius == 1e-10
-
-
 def test_what_is_told_of_it(case) -> None:
     _, certificates = case("horizontal")
     text = certify_text(certificates, Parameter.LENGTH)
@@ -360,19 +272,12 @@ def test_what_is_told_of_it(case) -> None:
 def test_what_the_report_says_of_it(case, study_of) -> None:
     _, certificates = case("horizontal")
     failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
-    study = replace(study_of("horizontal"), certificates=(failed, *certificates[1:]))
+    study = replace(study_of("horizontal"), findings={"certificates": (failed, *certificates[1:])})
     page = Page(render_html(Report(study, {}, provenance_of(study.loaded, "test"))))
     assert page.tables["Critical points without a proof"].rows[1:] == [["G1", "grazing", "it is degenerate"]]
     proved = page.tables["Proved critical points"].rows[1:]
     assert [row[0] for row in proved] == [certificate.label for certificate in certificates[1:]]
     assert len(page.tables["Enclosures of the motions at the critical points"].rows) == 1 + 4 * len(proved)
-
-
-def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "flint", None)
-    monkeypatch.delitem(sys.modules, enclosures.__name__)
-    with pytest.raises(NumericalError, match=r"vireport\[certify\]"):
-        importlib.import_module(enclosures.__name__)
 
 
 def test_enclosures_hold_the_motion_of_40_digits(case) -> None:
@@ -395,10 +300,3 @@ def test_a_motion_of_the_wrong_direction_is_not_proved(case) -> None:
             certificate = certify_point(study.solution.sweep, replace(critical, one_to_one=half_on, mirror=None))
             assert not certificate.proved
             assert "signs" in certificate.reason
-
-
-def test_a_box_with_two_roots_is_not_one_with_one() -> None:
-    with precision(192):
-        root = prove(lambda x: [x[0] * x[0] - ball("1e-22")], [1e-11], [1.0])
-        assert root.radius < 1e-11
-        assert root.box[0].contains(ball("1e-22").sqrt())

@@ -1,0 +1,1 @@
+"""Critical points proved in ball arithmetic, where `--certify` asks for it."""

@@ -1,0 +1,54 @@
+"""What `--certify` brings to a study: proven enclosures of its critical points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from vireport.base.progress import Progress
+from vireport.study.finding import AddedFinding
+
+if TYPE_CHECKING:
+    from vireport.findings.certificates.proofs import Certificate
+    from vireport.study.plan import DeclaredStep
+    from vireport.study.study import Study
+
+
+class CertificatesFinding(AddedFinding["tuple[Certificate, ...]"]):
+    """Proofs of the critical points as an addition to a study."""
+
+    name = "certificates"
+    section = "sections/certificates.typ.j2"
+    within = "appendix"
+
+    def steps(self) -> Iterator[DeclaredStep]:
+        """One step, listed where it is among the formats that are asked for."""
+        from vireport.study.plan import FLINT, AddedTask, DeclaredStep, Precondition, Task
+
+        certify = Precondition(lambda _, formats: self.name in formats, "no proofs are asked for")
+        task = AddedTask(self.name, "proofs of the critical points")
+        yield DeclaredStep(task, (FLINT,), "asked for", (certify,), before=Task.REQUIREMENTS)
+
+    def find(self, study: Study, say: Progress) -> tuple[Certificate, ...]:
+        """Prove the critical points of the sweep."""
+        from vireport.findings.certificates.proofs import certify
+
+        say("proving the critical points")
+        return certify(study.solution.diagram)
+
+    def results(self, found: tuple[Certificate, ...] | None, study: Study) -> Mapping[str, Any]:
+        """The block of the same name."""
+        from vireport.base.records import plain
+
+        return {self.name: None if found is None else [plain(certificate) for certificate in found]}
+
+    def printed(self, found: tuple[Certificate, ...], study: Study) -> str:
+        """A line for each critical point."""
+        if study.solution.sweep is None:
+            return "No critical point to prove: there is no sweep.\n"
+        from vireport.findings.certificates.printed import certify_text
+
+        return certify_text(found, study.solution.sweep.parameter).rstrip() + "\n"
+
+
+FINDING = CertificatesFinding()
