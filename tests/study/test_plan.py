@@ -187,14 +187,6 @@ def test_missing_packages_are_named_before_work_begins_with_what_they_do(example
     assert capsys.readouterr().err == "vireport: error: work begins\n"
 
 
-def test_a_proof_that_cannot_be_made_is_refused_before_work_begins(example, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
-    monkeypatch.setattr("vireport.command.outputs.analyse", None)
-    assert main(["run", str(example("inclined")), "--json", "--certify"]) == 3
-    said = "vireport: error: --certify: the package python-flint is missing: pip install 'vireport[certify]'\n"
-    assert capsys.readouterr().err == said
-
-
 def test_three_lines_say_what_to_add():
     blocks, inputs, every_step = of(DESIGN).left_out_lines()
     gains = ["disturbances: for shocks, jitter, distortion and switch-on windows", "tolerances: for the yield"]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from types import SimpleNamespace
 
 import pytest
 from branches import branches_taken
 
+from vireport.cli.app import main
 from vireport.wording.templates import Words
 
 
@@ -70,3 +72,11 @@ def test_every_branch_of_the_words_is_said_above() -> None:
         branches, told = taken()
     assert branches
     assert branches - told == set()
+
+
+def test_a_proof_that_cannot_be_made_is_refused_before_work_begins(example, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
+    monkeypatch.setattr("vireport.command.outputs.analyse", None)
+    assert main(["run", str(example("inclined")), "--json", "--certify"]) == 3
+    said = "vireport: error: --certify: the package python-flint is missing: pip install 'vireport[certify]'\n"
+    assert capsys.readouterr().err == said
