@@ -36,7 +36,7 @@ def tile(solution, name: str) -> list[str]:
     """Label, number and remark of the first tile of a kind on the first page of a solution."""
     tiles = opening_of(said(solution)).tiles
     chosen = next(tile for tile in tiles if tile.said.macro.startswith(f"tile_{name}"))
-    return Words("opening")(chosen.said.macro, *chosen.said.given).replace("\u00a0", " ").split(" | ")
+    return Words("opening")(chosen.said.macro, *chosen.said.values).replace("\u00a0", " ").split(" | ")
 
 
 def fact(verdict: Verdict, question: Question):
