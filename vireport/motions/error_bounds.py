@@ -279,6 +279,8 @@ def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: An
     """
     most = np.stack([_largest(residual) for residual in conditions], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
+        # By singular values: the least of them is needed for Kantorovich's beta as well, and a product of the matrix
+        # with its transpose would square its condition.
         u, sizes, v = np.linalg.svd(matrices, full_matrices=False)
         # A bound has no sign: the sizes of the pseudo-inverse's entries, times the largest residuals.
         change = np.abs(np.einsum("nki,nk,njk->nij", v, 1 / sizes, u)) @ most[..., None]

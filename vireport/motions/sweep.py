@@ -368,6 +368,8 @@ class Sweep(Struct, frozen=True):
             if rubbed is not None:
                 raise UsageError("of a ball with friction motions along a sweep of the inclination are not known")
             return Level(Held.D, d)
+        # Both groups go with 1/F, so that the force leaves their ratio; in a horizontal capsule gbar = 0, and that is
+        # what it leaves.
         if self.parameter is Parameter.AMPLITUDE and gbar != 0:
             return Level(Held.RATIO, d / gbar, None if rubbed is None else Friction(0, rubbed / gbar))
         friction = None

@@ -153,6 +153,8 @@ def _unrepeated(letters: int, longest: int) -> Iterator[tuple[int, ...]]:
 
     Source: J.-P. Duval, Theoretical Computer Science 60 (1988) 255.
     """
+    # The next word in order is the last one repeated up to the longest, without largest letters at its end, and with
+    # the letter before these raised by one.
     word = [-1]
     while word and longest:
         word[-1] += 1
