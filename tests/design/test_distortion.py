@@ -14,7 +14,7 @@ from raw_flights import Flights
 from vireport.checks import reference
 from vireport.design import distortion
 from vireport.design.distortion import ORDERS, Distortion, Ray, distortions, with_harmonic
-from vireport.design.lines import ends_along, mirrored, stable_ones
+from vireport.design.lines import ends_on_curve, mirrored, stable_ones
 from vireport.design.margins import Margin, margins_of
 from vireport.design.point import motions_at
 from vireport.motions.events import Event
@@ -57,7 +57,7 @@ def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_dig
             continue
         phase = radians(each.phase_deg)
         curve = Curve(motion.word, Ray.of(device, each.order, phase, FLOATS), -1.0, 1.0, 1.0)
-        event, x, _, _ = next(iter(ends_along(curve, motion, 1.0, mirrored(device) and each.order == 3)))
+        event, x, _, _ = next(iter(ends_on_curve(curve, motion, 1.0, mirrored(device) and each.order == 3)))
         assert event is each.event
         # At a fold two motions meet: with a little less of the harmonic they, and the trace, are off by its root.
         short = 1e-12 if event is Event.FOLD else 0.0
@@ -125,7 +125,7 @@ def least_of_rays(device: Device, motions: Motions, order: int, rays: int) -> fl
     for phase in np.linspace(0, 2 * pi, rays, endpoint=False):
         limit = min(least, distortion.LARGEST)
         curve = Curve(motion.word, Ray.of(device, order, float(phase), FLOATS), -1.0, limit, 1.0)
-        for event, x, _, taken_over in ends_along(curve, motion, 1.0, False):
+        for event, x, _, taken_over in ends_on_curve(curve, motion, 1.0, False):
             if event is not Event.SWEEP_END and not taken_over:
                 least = min(least, float(x[-1]))
     return least
@@ -277,7 +277,7 @@ def test_a_pitchfork_at_which_another_motion_takes_over_is_no_end() -> None:
     motion = motions.motion(0, 1)
     phase = radians(told[1].phase_deg)
     curve = Curve(motion.word, Ray.of(device, 3, phase, FLOATS), -1.0, 1.0, 1.0)
-    (first, *_), (last, x, *_) = ends_along(curve, motion, 1.0, True)
+    (first, *_), (last, x, *_) = ends_on_curve(curve, motion, 1.0, True)
     assert first is Event.PITCHFORK
     assert told[1].event is last is not Event.PITCHFORK
     assert told[1].share == pytest.approx(float(x[-1]), rel=1e-6)

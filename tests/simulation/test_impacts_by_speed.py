@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from vireport.design.effects import Effect, shifts
-from vireport.design.lines import Line, ends_along, model_on_line, stable_ones
+from vireport.design.lines import Line, ends_on_curve, model_on_line, stable_ones
 from vireport.design.point import design_point
 from vireport.design.speed_law import Falling, falling
 from vireport.findings.outcomes.deviations import lap_matrix
@@ -145,7 +145,7 @@ def test_multipliers_of_a_cycle_are_those_of_the_motion() -> None:
     origin = model_on_line(Line.LENGTHS, law, FLOATS).origin
     ((motion, _),) = stable_ones(device, motions)
     curve = Curve(motion.word, Falling(origin), -0.01, 0.1, 1.0)
-    *_, (_, x, _, _) = ends_along(curve, motion, 1.0, False)
+    *_, (_, x, _, _) = ends_on_curve(curve, motion, 1.0, False)
     start = Impact(BOTTOM, float(x[0]), float(np.pi * x[2]))
     cycle = find_attractor(origin, start, compiled=False).cycle
     assert cycle.velocity[cycle.wall > 0] == pytest.approx(x[0], rel=1e-13)

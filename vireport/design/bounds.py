@@ -1,4 +1,4 @@
-"""Error bounds of all that is stated of a scenario: of its branches, its design point and what these generate."""
+"""Error bounds of the numbers of a solution: motions and voltages on its branches and at its design point."""
 
 from __future__ import annotations
 
@@ -58,7 +58,10 @@ def bounds_of(
 
 
 def _branch_bounds(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
-    """Bounds of a branch; at its critical points at least those of the points, which may only have been bracketed."""
+    """Error bounds of the motions of a branch, at its critical points at least those of the points.
+
+    A critical point may only have been bracketed.
+    """
     bounds = _motion_bounds(membrane, sweep, branch.motions, None)
     for row, critical in branch.family.critical_points.items():
         labelled = {**critical.closed.bounds, "sweep_value": critical.error_bound}
@@ -72,6 +75,7 @@ def _branch_bounds(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> d
 def _motion_bounds(
     membrane: Membrane | None, sweep: Sweep, motions: Motions, solved: tuple[Floats, Floats] | None
 ) -> dict[str, Floats]:
+    """Error bounds of motions and their voltages; `solved` are those of u and phase, where they are known."""
     bounds = one_to_one_bounds(sweep, motions, solved)
     if membrane is None:
         return bounds

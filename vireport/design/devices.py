@@ -37,7 +37,7 @@ FACTOR_OF = {
     DesignInput.RESTITUTION_BOTTOM: 4,
     DesignInput.RESTITUTION_TOP: 5,
 }
-"""Which factor an input is part of. No two factors share one, so that a box of inputs is a box of factors.
+"""Number of the factor of the groups that an input is part of, each of one: a box of inputs is a box of factors.
 
 M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third. What r of
 either membrane has beyond that are the last two.
@@ -54,7 +54,21 @@ def factor_of(device: Device) -> Mapping[DesignInput, int]:
 
 
 def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
-    """All stable admissible motions of devices (arrays), and those that lack up to `slack`: of which, and which."""
+    """Find all stable admissible motions of devices, whose inputs are arrays (k,).
+
+    Parameters
+    ----------
+    devices : Device
+    slack : float
+        By how much a motion may fail to be stable or admissible.
+
+    Returns
+    -------
+    ndarray of int (m,)
+        Number of the device that each motion is of.
+    Orbits
+        The m motions.
+    """
     groups = devices.groups(Parameter.LENGTH, devices.length_m)
     motions = find_motions(groups, devices.period_ratio)
     stable = motions.stable(map_restitution(groups.restitution, np.asarray), slack)
@@ -81,7 +95,7 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
 
 
 def _moved(restitution: Any, varied: DesignInput, off: Any) -> Any:
-    """The restitution where that of both membranes, or of one, is off."""
+    """A restitution that differs by `off` at both membranes or at one."""
     if varied is DesignInput.RESTITUTION:
         return map_restitution(restitution, lambda r: r + off)
     bottom, top = by_wall(restitution)
@@ -91,7 +105,7 @@ def _moved(restitution: Any, varied: DesignInput, off: Any) -> Any:
 
 
 def sample_steps(inputs: int, distribution: Distribution, samples: int) -> Floats:
-    """Deviation of each input of random devices over its tolerance, shape (inputs, samples), from -1 to 1.
+    """Draw deviations of the inputs of random devices, over their tolerances: (inputs, samples), from -1 to 1.
 
     Scrambled Sobol points vary less than independent ones, for which the interval of a yield holds.
     """

@@ -18,7 +18,16 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.design.lines import Followed, Line, LineCurve, carried, ends_along, mirrored, model_on_line, stable_ones
+from vireport.design.lines import (
+    Followed,
+    Line,
+    LineCurve,
+    continued,
+    ends_on_curve,
+    mirrored,
+    model_on_line,
+    stable_ones,
+)
 from vireport.design.margins import HARMONICS, Margin, end_motion, normal_of, resting, solved_end
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
@@ -51,14 +60,15 @@ SEARCHED = LARGEST / BEYOND
 """Share up to which no end is overlooked where no ray has come to one."""
 
 SAME_WAY = 0.05
-"""Angle between the nearest points of two borders up to which they are one, of which the nearer end counts [rad]."""
+"""Angle [rad] between the nearest points of two borders below which they are one border, of which the nearer point
+counts."""
 
 TURNED = 1e-5
-"""Angle between a ray and the normal where it ends, at which it is the nearest way: the share is off by about its
-square."""
+"""Angle [rad] between a ray and the normal of the border at its end below which the end is the nearest point: its
+distance is then wrong by about the square."""
 
 STILL = -0.1
-"""Change of that angle with the phase of the ray beyond which a border is bent so much that secants go astray."""
+"""Derivative of that angle by the phase of the ray above which a border is bent so much that secants diverge."""
 
 
 class Distortion(Struct, frozen=True):
@@ -89,7 +99,7 @@ class Distortion(Struct, frozen=True):
 
 
 class Ray(Struct, frozen=True, eq=False):
-    """A device with a harmonic of its force that grows from nothing at one phase, see `motions.Curve`.
+    """A device whose force has a harmonic of growing amplitude and fixed phase: a `Variation` of its groups.
 
     Attributes
     ----------
@@ -183,7 +193,7 @@ def distortions(device: Device, motions: Motions, nearest: Margin | None = None)
 
 
 def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic) -> list[Followed]:
-    """Those stable motions of a device that are left where the force has a harmonic.
+    """Continue the stable motions of a device while a harmonic of its force grows, and keep those that stay stable.
 
     Parameters
     ----------
@@ -196,7 +206,8 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
     """
     share, phase = hypot(harmonic.cosine, harmonic.sine), atan2(-harmonic.sine, harmonic.cosine)
     flat = mirrored(replace(device, harmonics=added(device.harmonics, harmonic)))
-    return carried(Ray.of(device, harmonic.order, phase, FLOATS), -LARGEST, share, stable, device.period_ratio, flat)
+    ray = Ray.of(device, harmonic.order, phase, FLOATS)
+    return continued(ray, (-LARGEST, share), stable, device.period_ratio, flat)
 
 
 class Rubbed(Struct, frozen=True, eq=False):
@@ -229,7 +240,7 @@ class Rubbed(Struct, frozen=True, eq=False):
 
 
 def with_friction(device: Device, stable: Sequence[Followed], friction: float) -> list[Followed]:
-    """Those stable motions of a device that are left where its ball has another coefficient of friction.
+    """Continue the stable motions of a device to another coefficient of friction, and keep those that stay stable.
 
     Parameters
     ----------
@@ -253,7 +264,7 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
         return min(curve.margins(curve.vector(replace(motion, coordinate=0.0)))) > 0
 
     moving = [stable_motion for stable_motion in stable if moves_on(stable_motion.motion)]
-    return carried(model, -1.0, abs(change), moving, device.period_ratio, mirrored(device))
+    return continued(model, (-1.0, abs(change)), moving, device.period_ratio, mirrored(device))
 
 
 def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:
@@ -270,7 +281,7 @@ def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distor
 
 
 def _towards(margin: Margin | None, order: int) -> float:
-    """Phase of the harmonic that brings an end of stable motion towards the design point the most."""
+    """Phase [rad] at which a harmonic brings an end of stable motion nearest to the design point, to first order."""
     if margin is None or (slopes := margin.by_harmonics.get(order)) is None:
         return 0.0
     cosine, sine = (-slope * margin.distance for slope in slopes)
@@ -278,7 +289,7 @@ def _towards(margin: Margin | None, order: int) -> float:
 
 
 class _Border(Struct, frozen=True, eq=False):
-    """Where a stable motion of a device ends in the plane of the cosine and the sine of a harmonic."""
+    """The curve on which a stable motion of a device ends, in the plane of cosine and sine of a harmonic."""
 
     device: Device
     motion: Motion
@@ -286,18 +297,18 @@ class _Border(Struct, frozen=True, eq=False):
     order: int
 
     def nearest(self, towards: float, best: _End | None) -> _End | None:
-        """An end nearer than the nearest so far, if there is one, by rays all round from one direction."""
+        """The nearer one of a known end and those of this border on rays all round, the first at a phase [rad]."""
         # An even harmonic is the mirror image of its opposite, and the motion that of one whose distance is the same.
         for k in range(RAYS // 2 if mirrored(self.device) and self.order % 2 == 0 else RAYS):
             way = towards + 2 * pi * k / RAYS
             end = self.end(way, min(BEYOND * best.share, LARGEST) if best is not None else LARGEST)
-            if end is not None and not _on_other_border(end, best):
+            if end is not None and not _is_farther(end, best):
                 end = self.turned(end)
                 best = end if best is None or end.share < best.share else best
         return best
 
     def turned(self, end: _End) -> _End:
-        """The nearest end of a border, from one of its ends: to the normal, and where that turns by secants."""
+        """The nearest point of a border, from one of its points: along the normal, and where that turns by secants."""
         step = end.turn
         while abs(step) > TURNED:
             onward = self.end(end.phase + step, end.share)
@@ -310,9 +321,9 @@ class _Border(Struct, frozen=True, eq=False):
         return end
 
     def end(self, way: float, limit: float) -> _End | None:
-        """Find the end of stable motion on a ray of harmonics, short of a share."""
+        """The end of stable motion on the ray of a phase [rad], up to a share of the force; None without one."""
         curve = LineCurve(self.motion.word, self._ray(way, FLOATS), -LARGEST, limit, 1.0)
-        for event, x, symmetric, taken_over in ends_along(
+        for event, x, symmetric, taken_over in ends_on_curve(
             curve, self.motion, 1.0, self.symmetric and self.order % 2 == 1
         ):
             if event not in (Event.SWEEP_END, Event.LOST) and not taken_over:
@@ -320,10 +331,11 @@ class _Border(Struct, frozen=True, eq=False):
         return None
 
     def _ray(self, way: float, ops: Any) -> Ray:
+        """The ray of a phase [rad], in a kind of number."""
         return Ray.of(self.device, self.order, way, ops)
 
     def _turn(self, way: float, event: Event, x: Floats, symmetric: bool) -> float:
-        """The angle from a ray to the normal of the border where it ends."""
+        """Angle [rad] from a ray to the normal of the border at the end of the ray; 0 where there is no normal."""
         motion, groups = end_motion(self.device.period_ratio, x), self._ray(way, FLOATS).at(x[-1:].tolist())
         rests = resting(event, x, symmetric)
         if event is Event.GRAZING:
@@ -336,7 +348,7 @@ class _Border(Struct, frozen=True, eq=False):
         return (atan2(-sine, cosine) - way + pi / 2) % pi - pi / 2 if np.isfinite([cosine, sine]).all() else 0.0
 
     def solved(self, end: _End) -> tuple[float, float | None]:
-        """The share of an end, and its error bound; as it was located, without one, where it does not settle."""
+        """Share of the force at an end, in decimals, and its error bound; in doubles and None where that fails."""
         # Only here: on the way to the nearest end doubles do, and decimals took two thirds of the time.
         with in_decimals():
             try:
@@ -353,8 +365,8 @@ class _Border(Struct, frozen=True, eq=False):
         return share, float(np.spacing(share)) + share * end.turn * end.turn
 
 
-def _on_other_border(end: _End, best: _End | None) -> bool:
-    """Whether an end that is farther than the best one is on the same border, or on one that is farther altogether."""
+def _is_farther(end: _End, best: _End | None) -> bool:
+    """Whether an end need not be refined: farther than the best one, on the same border or one that is farther."""
     if best is None or end.share <= best.share:
         return False
     apart = abs((end.phase + end.turn - best.phase + pi) % (2 * pi) - pi)

@@ -61,7 +61,7 @@ ALIKE = 0.25
 
 
 class Effect(Struct, frozen=True):
-    """Something that the model leaves out, of a size.
+    """A physical effect that the model leaves out, of an assumed size.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Effect(Struct, frozen=True):
 
 
 class Unmoved(StrEnum):
-    """Why stable motion has no end that can be compared, with an effect."""
+    """Reasons for which an end of stable motion has no counterpart with an effect."""
 
     NOT_STABLE = "no stable motion is found with it"
     ENDLESS = "stable motion does not end in this direction with it"
@@ -98,7 +98,7 @@ class Unmoved(StrEnum):
 
 
 class Shift(Struct, frozen=True):
-    """Where the nearest end of stable motion is with an effect.
+    """The nearest end of stable motion with an effect, and how far that has moved it.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class Shift(Struct, frozen=True):
 
 
 class Shifts(Struct, frozen=True, eq=False):
-    """How far the nearest end of stable motion would move.
+    """Shifts of the nearest end of stable motion of a design by each effect.
 
     Attributes
     ----------
@@ -176,9 +176,10 @@ class Shifts(Struct, frozen=True, eq=False):
 
 
 def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Sequence[Device]]:
-    """The effect of another restitution at one membrane."""
+    """The change of a device by another restitution at one membrane, see `CHANGES`."""
 
     def changed(device: Device, size: float, _: Margin) -> Sequence[Device]:
+        """The device with that restitution, relatively changed by a size."""
         value = float(device.value_of(varied))
         return [device.with_values({varied: value * (1 + size)})] if value else ()
 
@@ -186,7 +187,7 @@ def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Se
 
 
 def _of_capsule(device: Device, _: float, __: Margin) -> Sequence[Device]:
-    """The other motion of the capsule: it recoils, or does not."""
+    """The device with the other motion of its capsule: free instead of prescribed, or the other way round."""
     if device.ball_mass_kg is None:
         return ()
     other = CapsuleMotion.PRESCRIBED if device.recoils else CapsuleMotion.FREE
@@ -194,7 +195,7 @@ def _of_capsule(device: Device, _: float, __: Margin) -> Sequence[Device]:
 
 
 def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
-    """A harmonic at the phase that brings the end nearer the fastest, or at four phases if that has no answer."""
+    """Devices with a second harmonic at the phase that moves the end fastest, or at four phases if that is unknown."""
     slopes = end.by_harmonics.get(SECOND)
     parts = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
     if mirrored(device):
@@ -207,7 +208,7 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
 
 
 def _of_friction(device: Device, size: float, _: Margin) -> Sequence[Device]:
-    """More friction of the ball; none of one that does not bounce, and upright there is none."""
+    """The device with more friction; none of a ball that does not bounce, and upright there is no friction."""
     rubbed = replace(device, friction=device.friction + size)
     return [rubbed] if rubbed.rubs and min(stated(device.restitution)) > 0 else ()
 
@@ -230,7 +231,7 @@ USUAL = (
     Effect(LeftOut.FRICTION, 0.05),
     Effect(LeftOut.RESTITUTION_SPEED, -0.1),
 )
-"""What every design is held against."""
+"""Effects that are tried on every design."""
 
 
 def shifts(
@@ -276,14 +277,14 @@ def shifts(
 
 
 class _Origin(Struct, frozen=True, eq=False):
-    """A device that effects change, and its stable motions at the design point."""
+    """The device without effects, and its stable motions at the design point."""
 
     device: Device
     stable: Sequence[Followed]
 
 
 def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -> Sequence[Device]:
-    """The devices that an effect makes of one, see `CHANGES`."""
+    """Devices with an effect on one, of which the worst counts, see `CHANGES`."""
     if effect.left_out is LeftOut.RESTITUTION_SPEED:
         other = falling(device, design.motions, effect.size, effect.speed_m_s)
         return () if other is None else [other]
@@ -313,6 +314,7 @@ def _least_margin(device: Device, origin: _Origin) -> float:
 
 
 def _groups(device: Device) -> Groups[float]:
+    """Dimensionless groups of a device with all inputs."""
     return device.groups(Parameter.LENGTH, device.length_m).as_floats()
 
 
@@ -325,7 +327,18 @@ def shift_to(effect: Effect, end: Margin, value: float, event: Event, design_val
 
 
 def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> Shift:
-    """Where the stable motions of a changed device end, those of the design itself at `end`."""
+    """Shift of the nearest end of a design by an effect, by following the stable motions of the changed device.
+
+    Parameters
+    ----------
+    device : Device
+        With the effect.
+    origin : _Origin
+        Without it.
+    end : Margin
+        The nearest end of the design.
+    effect : Effect
+    """
     varied, design_value = end.parameter, float(device.value_of(end.parameter))
     way, (low, high) = copysign(1.0, end.distance), reach(device, varied)
     followed: Sequence[_End] | None = None
@@ -353,7 +366,7 @@ def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> S
 
 
 class _End(Struct, frozen=True):
-    """Where stable motion ends, as it is located in doubles: the size of an effect has a few digits.
+    """An end of stable motion along an input, located in doubles: the size of an effect has a few digits.
 
     Attributes
     ----------
@@ -369,7 +382,7 @@ class _End(Struct, frozen=True):
     speed: float
 
     def becomes_of(self, end: Margin) -> bool:
-        """Whether this is what becomes of another end: it has its kind, and its faster impact about its speed."""
+        """Whether this end continues another one: of the same kind, with a faster impact of about the same speed."""
         closed = end.point.closed
         speed = max(abs(closed.velocity_bottom), abs(closed.velocity_top))
         return self.event is end.event and abs(self.speed - speed) <= ALIKE * speed
@@ -378,7 +391,7 @@ class _End(Struct, frozen=True):
 def _ends(device: Device, origin: _Origin, varied: DesignInput, way: float) -> Sequence[_End] | None:
     """Ends of the stable motions of a device in one direction of an input, nearest first; None without any motion.
 
-    Where one of them is followed no farther is one of them, with the event `LOST`.
+    A motion that rounding does not let follow to its end counts as ending there, with the event `LOST`.
     """
     followed = _followed_to(device, origin)
     if not followed:
@@ -408,7 +421,7 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
 
 
 def _value(device: Device, varied: DesignInput, end: Ending) -> float:
-    """The value of an input where a motion ends."""
+    """Value of an input, in its unit, at the end of a motion on a line."""
     position = float(end.x[-1])
     groups = model_on_line(end.line, device, FLOATS).at((position,))
     return float(value_at(device, varied, position, groups, FLOATS))

@@ -26,12 +26,12 @@ there at any greater length."""
 
 
 class FollowedMotion(Struct, frozen=True, eq=False):
-    """A stable motion, and how far it is one along an input.
+    """A stable motion of any word, and the range of an input over which it exists and is stable.
 
     Attributes
     ----------
     motion : Motion
-        By its equations.
+        Solved by its equations.
     trace : float
         Of the product of its Jacobians.
     decay : float
@@ -134,4 +134,5 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
 
 
 def _words(end: Event) -> str:
+    """The event that ends a motion, in words."""
     return "followed no farther" if end in (Event.SWEEP_END, Event.LOST) else end.words

@@ -42,7 +42,7 @@ HANDOVERS = 4
 
 
 class Line(Enum):
-    """A line through a design point in (d, gbar, r_b, r_t); the value is the inputs that move a device along it.
+    """Lines through a design point in (d, gbar, r_b, r_t), by the inputs that move a device along them.
 
     The position on it is 0 at the design point. Along the first four it is the logarithm of the factor of d, along the
     others the change of gbar and of r: of both restitutions alike, or of one. The frequency has a separate line where
@@ -129,7 +129,7 @@ class AlongLine(Struct, frozen=True, eq=False):
         return Groups(d, gbar, Restitutions(bottom, top + position), harmonics, friction)
 
     def _friction(self, position: Any) -> Any:
-        """Friction at a position: with the force and the mass it goes as gbar does, with the inclination as cosine."""
+        """Friction at a position: proportional to gbar on the lines of force and mass, a cosine of the inclination."""
         friction = self.origin.friction
         if friction is None:
             return None
@@ -144,7 +144,7 @@ class AlongLine(Struct, frozen=True, eq=False):
         return friction
 
     def _friction_slope(self, position: Any) -> Any:
-        """The derivative of that by the position."""
+        """Derivative of `_friction` by the position."""
         friction = self._friction(position)
         match self.line:
             case Line.FORCES:
@@ -193,7 +193,7 @@ class AlongLine(Struct, frozen=True, eq=False):
 
 
 def _counted(r: Any, grown: Any) -> Any:
-    """The restitution where the unit of velocities, F/(2 M f), is so many times smaller: a law states a speed in it."""
+    """A restitution in a unit of velocity, F/(2 M f), that is so many times smaller: a law states its speed in it."""
     return replace(r, speed=r.speed * grown) if isinstance(r, SpeedLaw) else r
 
 
@@ -219,7 +219,7 @@ def _upright(device: Device, ops: Any) -> Any:
 
 
 def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:
-    """The value of an input that moves a device to a position on the input's line, where it has some groups."""
+    """Value of an input at a position on its line, where the device has the `groups`, in its unit."""
     value = ops.exact(device.value_of(varied))
     match varied:
         # d grows with s f^2: along one line, the frequency changes by half as much in the logarithm as the length.
@@ -250,7 +250,10 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
 
 
 def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
-    """How far motions are followed: until the length is lost in rounding, 0 and 90 degrees, the limits of r."""
+    """Least and largest position on a line up to which motions are followed.
+
+    They are where the length is lost in rounding, 0 and 90 degrees of inclination, and the limits of r.
+    """
     if line is Line.GRAVITY:
         upright = device.supported_kg * device.gravity_m_s2 / device.amplitude_n
         # Beyond 0 and 90 degrees the same capsules come again, mirrored. Without gravity the inclination moves
@@ -274,7 +277,7 @@ class LineCurve(Curve, frozen=True, eq=False, dict=True):
 
 
 class Ending(Struct, frozen=True, eq=False):
-    """The place along a line where a stable motion of a design point stops being one.
+    """The end of a stable motion of a design point on a line: where it loses stability or stops being admissible.
 
     Attributes
     ----------
@@ -306,14 +309,14 @@ def mirrored(device: Device) -> bool:
 
 
 class Followed(NamedTuple):
-    """A stable motion that is followed, and its q - 1/2, which is zero where it is symmetric."""
+    """A stable motion to be followed along a line, with its asymmetry u = q - 1/2, zero of a symmetric one."""
 
     motion: Motion
     u: float
 
 
 def stable_ones(device: Device, motions: Motions) -> list[Followed]:
-    """The stable motions of a device, to be followed along lines."""
+    """The stable ones of a device's 1:1 motions, to be followed along lines."""
     n = device.period_ratio
     return [Followed(motions.motion(int(row), n), float(motions.u[row])) for row in np.flatnonzero(motions.stable_mask)]
 
@@ -348,12 +351,12 @@ def endings(
             curve = LineCurve(motion.word, model_on_line(line, device, FLOATS), low, high, 1.0)
             for sign in signs:
                 if (low if sign < 0 else high) != 0:
-                    ends = ends_along(curve, motion, sign, flat and u == 0)
+                    ends = ends_on_curve(curve, motion, sign, flat and u == 0)
                     yield from (Ending(line, inputs, *end) for end in ends)
 
 
 def _inputs_by_line(lines: Sequence[Line], device: Device, gbar: float) -> dict[Line, tuple[DesignInput, ...]]:
-    """The lines that differ from one another, and the inputs that move a device along each."""
+    """Lines that differ from one another for a device, with the inputs that move it along each."""
     inputs: dict[Line, tuple[DesignInput, ...]] = {line: line.value for line in lines}
 
     falls = device.law is not None
@@ -363,6 +366,7 @@ def _inputs_by_line(lines: Sequence[Line], device: Device, gbar: float) -> dict[
         inputs[Line.LENGTHS] = (DesignInput.LENGTH,)
 
     def same(line: Line, other: Line) -> None:
+        """Make two lines one, of the inputs of both."""
         if line in inputs and other in inputs:
             inputs[line] += inputs.pop(other)
 
@@ -374,38 +378,43 @@ def _inputs_by_line(lines: Sequence[Line], device: Device, gbar: float) -> dict[
     return inputs
 
 
-def carried(
-    model: Variation, low: float, high: float, stable: Sequence[Followed], ratio: int, flat: bool
+def continued(
+    model: Variation, extent: tuple[float, float], stable: Sequence[Followed], ratio: int, flat: bool
 ) -> list[Followed]:
-    """Those stable motions of a device that are left where something grows in it, from 0 to an end.
+    """Continue the stable motions of a device while one of its groups grows from 0, and keep those that stay stable.
 
     Parameters
     ----------
     model : Variation
         How the groups depend on what grows.
-    low, high : float
-        Some room below 0, and the end.
+    extent : tuple of float
+        Some room below 0, in which a curve may begin, and the end.
     stable : sequence of Followed
-        Where it is 0.
+        The motions where it is 0.
     ratio : int
         Forcing periods of a motion.
     flat : bool
         Whether motions have mirror images all along.
+
+    Returns
+    -------
+    list of Followed
+        Those that reach the end, there.
     """
-    left = []
+    left, (low, high) = [], extent
     for motion, u in stable:
         curve = LineCurve(motion.word, model, low, high, 1.0)
-        *_, (event, x, symmetric, _taken_over) = ends_along(curve, motion, 1.0, flat and u == 0)
+        *_, (event, x, symmetric, _taken_over) = ends_on_curve(curve, motion, 1.0, flat and u == 0)
         if event is Event.SWEEP_END:
             asymmetry = float(x[3] - x[2]) / (2 * ratio) - 0.5
             left.append(Followed(curve.motion(x), 0.0 if symmetric else asymmetry))
     return left
 
 
-def ends_along(
+def ends_on_curve(
     curve: Curve, motion: Motion, sign: float, symmetric: bool
 ) -> Iterator[tuple[Event, Floats, bool, bool]]:
-    """Where a motion of a design point ends along a curve, and where stable motion ends, if another takes over from it.
+    """Follow a motion of a design point along a curve to its end, and past pitchforks to the end of stable motion.
 
     Parameters
     ----------
@@ -446,7 +455,7 @@ def ends_along(
 
 
 def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:
-    """The motion next to a pitchfork that is stable beyond it, if there is one."""
+    """A point on the branch that is stable beyond a pitchfork, next to it; None where no branch is."""
     limits = Limits(len(curve.word), curve.word.periods)
     for _, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, limits):
         # One of two mirror images begins to either side, and of the symmetric motions those that grow and those that

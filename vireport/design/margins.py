@@ -133,21 +133,20 @@ class Margins(Struct, frozen=True, eq=False):
     unresolved: tuple[DesignInput, ...]
 
 
-def margin_at(
-    device: Device,
-    parameter: DesignInput,
-    point: Point,
-    ends: bool,
-    derivatives: dict[DesignInput, Any],
-    taken_over: bool = False,
-) -> Margin:
-    """Measure how far a critical point of one input is from a device's value of it."""
+def margin_at(device: Device, parameter: DesignInput, point: Point) -> Margin:
+    """Measure how far a critical point of one input is from a device's value of it.
+
+    Returns
+    -------
+    Margin
+        Without derivatives, and not said to end a stable motion.
+    """
     value = float(device.value_of(parameter))
     distance = point.sweep_value - value
     relative = distance / value if abs(distance) < LARGEST_SHARE * value else None
     # The difference of two doubles of different size is rounded once more.
     error = point.error_bound + float(np.spacing(abs(distance)))
-    return Margin(parameter, point, distance, relative, ends, error, derivatives, taken_over)
+    return Margin(parameter, point, distance, relative, False, error, {})
 
 
 def nearest_first(margins: Iterable[Margin]) -> list[Margin]:
@@ -187,7 +186,7 @@ def margins_of(
 
 
 def _margins_at(device: Device, end: Ending) -> list[Margin]:
-    """The margins that the end of a motion on a line is in the line's inputs."""
+    """Margins to the end of a motion on a line, one in each input that moves the device along it."""
     # A margin is a difference: next to an end the digits that doubles leave would cancel.
     with in_decimals():
         try:
@@ -195,16 +194,15 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
                 lambda ops: model_on_line(end.line, device, ops), device.period_ratio, end.event, end.x, end.symmetric
             )
         except (NumericalError, ArithmeticError):
+            bracketed = {varied: margin_at(device, varied, _bracketed(device, varied, end)) for varied in end.inputs}
             return [
-                margin_at(
-                    device,
-                    varied,
-                    _bracketed(device, varied, end),
-                    not end.taken_over,
-                    _no_derivatives(varied),
-                    end.taken_over,
+                replace(
+                    margin,
+                    ends_stability=not end.taken_over,
+                    taken_over=end.taken_over,
+                    derivatives=_no_derivatives(varied),
                 )
-                for varied in end.inputs
+                for varied, margin in bracketed.items()
             ]
         normal, margins = normal_of(_in_doubles(solved), solved.groups.as_floats(), end.event, rests), []
         event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
@@ -218,25 +216,32 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
                 if not (end.symmetric and event is Event.FOLD):
                     derivatives |= {DesignInput.RESTITUTION_BOTTOM: None, DesignInput.RESTITUTION_TOP: None}
                     by_harmonics |= {order: None for order in by_harmonics if order % 2 == 0}
-            margin = margin_at(device, varied, point, not end.taken_over, derivatives, end.taken_over)
-            margins.append(replace(margin, by_harmonics=by_harmonics))
+            margins.append(
+                replace(
+                    margin_at(device, varied, point),
+                    ends_stability=not end.taken_over,
+                    taken_over=end.taken_over,
+                    derivatives=derivatives,
+                    by_harmonics=by_harmonics,
+                )
+            )
         return margins
 
 
 def end_motion(n: int, x: Floats) -> Motion:
-    """The 1:1 motion that unknowns on a line stand for, a guess to be polished."""
+    """A 1:1 motion of n forcing periods from unknowns x on a line: two velocities, two times and the position."""
     return Motion(Word((1, -1), n), x[:2], x[2:4], float(x[-1]))
 
 
 def _in_doubles(solved: Solved) -> Motion:
-    """A motion that was solved for in decimals."""
+    """A motion that was solved for in decimals, rounded to doubles."""
     count = len(solved.word)
     velocity, time = (np.array([float(x) for x in solved.x[k : k + count]]) for k in (0, count))
     return Motion(solved.word, velocity, time, float(solved.x[-1]))
 
 
 def resting(event: Event, x: Floats, symmetric: bool) -> tuple[int, ...]:
-    """The impacts of a 1:1 motion that have no velocity where it ends, touches of a membrane apart."""
+    """Numbers of the impacts, 0 bottom and 1 top, whose velocity vanishes where a 1:1 motion ends."""
     if event is not Event.ZERO_VELOCITY:
         return ()
     return (0, 1) if symmetric else (int(np.argmin(np.abs(x[:2]))),)
@@ -245,7 +250,7 @@ def resting(event: Event, x: Floats, symmetric: bool) -> tuple[int, ...]:
 def solved_end(
     grouped: Callable[[Any], Varied], n: int, event: Event, x: Floats, symmetric: bool
 ) -> tuple[Solved, tuple[int, ...], tuple[int, ...]]:
-    """Solve for the end of a motion on a line; its impacts without velocity, and those of them that are touches.
+    """Solve for the end of a motion on a line, in decimals.
 
     Parameters
     ----------
@@ -259,6 +264,13 @@ def solved_end(
     symmetric : bool
         Whether the motion there is symmetric.
 
+    Returns
+    -------
+    solved : Solved
+        The motion at its end, with touches of a membrane as impacts.
+    rests, touches : tuple of int
+        Its impacts without velocity, and those of them that are touches.
+
     Raises
     ------
     NumericalError
@@ -270,7 +282,7 @@ def solved_end(
 
 
 def _bracketed(device: Device, varied: DesignInput, end: Ending) -> Point:
-    """The end of a motion as it was located, where it does not settle in decimals."""
+    """The critical point at the end of a motion in doubles, with the bracket of its search as error bounds."""
     n, position, line = device.period_ratio, float(end.x[-1]), model_on_line(end.line, device, FLOATS)
     motion, (d, gbar, *_) = end_motion(n, end.x), line.at((position,))
     u = 0.0 if end.symmetric else float(end.x[3] - end.x[2]) / (2 * n) - 0.5
@@ -299,13 +311,13 @@ def differentiated(harmonics: Sequence[Harmonic], more: Sequence[Harmonic] = HAR
 
 
 class OwnGroups:
-    """The groups themselves as what varies."""
+    """Groups whose numbers are themselves the variables: a `Variation` with the identity for slopes."""
 
     def __init__(self, groups: Groups[Any]) -> None:
         self.like = groups
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """Groups of the device with some numbers in place."""
+        """Groups with other numbers, in the order of `Groups.numbers`."""
         return self.like.with_numbers(varied)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
@@ -408,13 +420,24 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
 
 
 def _no_derivatives(varied: DesignInput) -> dict[DesignInput, float | None]:
+    """Unknown derivatives of a margin in an input by all other inputs."""
     return {other: None for other in DesignInput if other is not varied}
 
 
 def _derivatives(
     device: Device, varied: DesignInput, point: Point, normal: Floats
 ) -> tuple[dict[DesignInput, float | None], dict[int, tuple[float, float] | None]]:
-    """Derivatives of the value of an input at which motion ends, with respect to the others and by harmonics."""
+    """Derivatives of the value of an input at which a motion ends: by the other inputs, and by harmonics of the force.
+
+    Parameters
+    ----------
+    device : Device
+    varied : DesignInput
+    point : Point
+        The critical point.
+    normal : ndarray
+        Of the surface of such points, in `Groups.numbers`, see `normal_of`.
+    """
     at = device.with_values({varied: point.sweep_value})
     slopes = {name: float(normal[:4] @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}
     orders = differentiated(device.harmonics)

@@ -1,4 +1,4 @@
-"""How surely a measured device has stable 1:1 motion: devices as the errors of its inputs allow, correlations kept."""
+"""Probability that a measured device has stable 1:1 motion, by devices drawn from the covariance of its inputs."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ SAMPLES, FEWER = 4096, 1024
 """Devices of which the share is stated, and those that a further measurement is tried on; powers of two."""
 
 SURE = 0.99
-"""Share from which, or up to one less which, it can be said."""
+"""Share of devices with stable motion from which a device is said to have it; below 1 - SURE it is said not to."""
 
 HALVINGS = 8
-"""Of the standard error that a further measurement may have, from what the input has now."""
+"""Times that the standard error of an input is halved in search of the one that a further measurement needs."""
 
 
 class MeasuredShare(Struct, frozen=True):
@@ -60,12 +60,12 @@ class MeasuredShare(Struct, frozen=True):
 
     @property
     def said(self) -> bool:
-        """Whether it can be said: nearly all of them, or nearly none."""
+        """Whether stability can be stated: nearly all devices have stable motion, or nearly none."""
         return not 1 - SURE < self.share < SURE
 
 
 class HeldHarmonics(Struct, frozen=True, eq=False):
-    """What it comes to that harmonics of the force are held at their values where devices are tried.
+    """The error of an end of stable motion that is left out as harmonics of the force are held at their values.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class HeldHarmonics(Struct, frozen=True, eq=False):
 
 
 def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Floats) -> MeasuredShare:
-    """Of devices as a measurement allows, the share with stable 1:1 motion, and what should be measured better.
+    """Estimate the share of stable devices among those that a measurement allows, and what to measure better.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Fl
 
 
 def share_that_fits(answer: Identification) -> MeasuredShare | None:
-    """Of the devices that a record allows, the share with stable 1:1 motion; None where the record does not tell.
+    """Estimate the share of stable devices among those that a record of impacts allows; None without a fit.
 
     Parameters
     ----------
@@ -131,7 +131,9 @@ def share_that_fits(answer: Identification) -> MeasuredShare | None:
 
 
 def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldHarmonics | None:
-    """What holding the harmonics of the force comes to; None of a sine, and where nothing is identified.
+    """Propagate the errors of measured harmonics, which are held, to the nearest end of stable motion.
+
+    None of a sine, and where nothing is identified.
 
     Parameters
     ----------
@@ -163,7 +165,7 @@ def _has_theory(device: Device) -> bool:
 
 
 def _stable(device: Device, inputs: Sequence[DesignInput], covariance: Floats, samples: int) -> int:
-    """How many devices of a sample have stable motion."""
+    """Number of devices with stable motion in a sample drawn from a covariance."""
     values, vectors = np.linalg.eigh(covariance)
     steps = DEVIATIONS * sample_steps(len(inputs), Distribution.NORMAL, samples)
     off = vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * steps)
@@ -172,13 +174,13 @@ def _stable(device: Device, inputs: Sequence[DesignInput], covariance: Floats, s
 
 
 def _measured(covariance: Floats, k: int, error: float) -> Floats:
-    """Covariance after one input was measured once more, with a standard error."""
+    """Covariance of the inputs after input k was measured once more, with a standard error."""
     column = covariance[:, k]
     return np.asarray(covariance - np.outer(column, column) / (covariance[k, k] + error**2))
 
 
 def _needed(device: Device, inputs: Sequence[DesignInput], covariance: Floats, k: int) -> float | None:
-    """Standard error of a further measurement of an input with which it can be said."""
+    """Standard error with which input k must be measured once more for stability to be stated; None if none will do."""
     error = float(np.sqrt(covariance[k, k]))
     for _ in range(HALVINGS):
         share = _stable(device, inputs, _measured(covariance, k, error), FEWER) / FEWER

@@ -1,4 +1,4 @@
-"""Every motion at one design point, how far it is from where the motions change, and where stable motion ends."""
+"""The design point: all its 1:1 motions, the margins to where they end, and the ranges of stable motion around it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ ADJOINING = 1e-12
 
 
 class StableInterval(Struct, frozen=True, eq=False):
-    """Range of an input over which there is stable 1:1 motion, and what ends it on either side.
+    """A range of an input over which there is stable 1:1 motion, and the critical points at its ends.
 
     Attributes
     ----------
@@ -234,7 +234,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
         for k in same:
             distances[k] = replace(distances[k], point=replace(distances[k].point, label=point.label))
         if all(distances[k].parameter.sweepable is not chosen for k in same):
-            distances.append(margin_at(device, DesignInput(chosen), point, False, {}))
+            distances.append(margin_at(device, DesignInput(chosen), point))
     distances = nearest_first(distances)
     stable = _stable_ranges(device, distances, ends.unresolved) if motions.stable_mask.any() else ()
     return DesignPoint(*solved, tuple(distances), ends.unresolved, stable, lost=lost)
@@ -250,7 +250,7 @@ def with_distortions(device: Device, point: DesignPoint) -> DesignPoint:
 
 
 def _labelled(margins: Sequence[Margin]) -> list[Margin]:
-    """Number the ends of stable motions along each input, where no sweep has names for them."""
+    """Margins with labels, numbered along each input and kind of event, where no sweep has labels for them."""
     counts: dict[tuple[DesignInput, str], int] = {}
     named = []
     for margin in sorted(margins, key=lambda margin: (margin.parameter, margin.sweep_value)):
@@ -311,7 +311,7 @@ SolvedMotions = tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]
 
 
 def motions_at(device: Device, parameter: Parameter) -> SolvedMotions:
-    """All motions at a design point, their families, and the errors of u and of the phase.
+    """Find all 1:1 motions at a design point, their families, and the error bounds of u and of the phase.
 
     Their `sweep_value` is that of `parameter`. Where the restitution falls with speed they are those that come from
     the motions of constant ones.
@@ -340,7 +340,7 @@ def _solved_at(device: Device, parameter: Parameter) -> tuple[SolvedMotions, int
 
 
 class _Place(NamedTuple):
-    """A motion at a design point: whether it is symmetric, u, the phase, and the errors of both."""
+    """A motion at a design point by u and the phase at the bottom, with error bounds, and whether it is symmetric."""
 
     symmetric: bool
     u: float
@@ -389,10 +389,10 @@ def _under_law(device: Device) -> tuple[list[_Place], Restitutions, int]:
 def ending_beyond(
     device: Device, parameter: Parameter, value: float, sign: float, design: DesignPoint | None = None
 ) -> Point | None:
-    """Where the stable motions at a value of a parameter have all ended, if it grows (sign 1) or falls (-1) from there.
+    """The critical point beyond which no motion stays stable, if a parameter grows (sign 1) or falls (-1) from a value.
 
-    None where no motion is stable, or where one of them does not end, or is not followed to its end. `design` is a
-    design point of the same device, whose motions need not be followed again where they are the ones.
+    None where no motion is stable there, or where one of them does not end, or is not followed to its end. `design` is
+    a design point of the same device: motions that are its own need not be followed again.
     """
     device = device.with_values({parameter: value})
     if device.unresolved:
@@ -421,6 +421,7 @@ BranchEnd = tuple[float, Point | None]
 
 
 def _end(branch: Branch, row: int) -> BranchEnd:
+    """The swept value at a row of a branch, and the critical point there."""
     return float(branch.motions.sweep_value[row]), branch.family.critical_points.get(row)
 
 
@@ -431,7 +432,7 @@ def _ends(branch: Branch, first: int, last: int) -> tuple[BranchEnd, BranchEnd]:
 
 
 def _place(end: BranchEnd) -> tuple[float, bool, str]:
-    """Where an end is among others; at one value critical points come in the order of their labels, then the sweep."""
+    """Key that orders ends: by value, then critical points by their labels, and last the end of the sweep."""
     value, point = end
     return value, point is None, point.label if point is not None else ""
 

@@ -1,4 +1,4 @@
-"""How strongly results at a design point hang on what is least well measured: the restitution and the ball's mass."""
+"""Sensitivity of results at a design point to the inputs that are least well measured: restitution and ball mass."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ ROUNDING = float(np.finfo(float).eps)
 
 
 class RestitutionEffect(Struct, frozen=True, eq=False):
-    """What a restitution other by `UNSURE` does to the stable motions of a design point.
+    """The effect of a restitution that differs by `UNSURE` on the stable motions of a design point.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
 
 
 def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
-    """Velocities at the bottom impact of the stable motions with other restitutions, of both membranes together."""
+    """Velocities [y_c] at the bottom impact of the stable motions, for each of some restitutions of both membranes."""
     if device.law is not None:
         others = (device.with_values({DesignInput.RESTITUTION: float(r)}) for r in restitutions)
         motions_by_device = (motions_at(other, Parameter.LENGTH)[0] for other in others)
@@ -105,7 +105,7 @@ def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
 
 
 def input_error(device: Device, motions: Motions) -> Floats:
-    """How far one rounding of d and gbar moves q or the phase of each motion of a design point.
+    """Error of q or the phase of each motion of a design point from one rounding of d and gbar, (n,).
 
     By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
     """
@@ -133,7 +133,7 @@ def input_error(device: Device, motions: Motions) -> Floats:
 
 
 def _input_error_of_law(device: Device, motions: Motions) -> Floats:
-    """`input_error` of restitutions that change with the velocities, by the derivatives of the motions' conditions."""
+    """`input_error` where restitutions fall with speed, by the derivatives of the motions' equations."""
     n, groups = device.period_ratio, device.groups(Parameter.LENGTH, device.length_m).as_floats()
     errors = []
     for row in range(len(motions)):

@@ -1,4 +1,4 @@
-"""All that the analytic theory says of a scenario: what the rest of the package receives."""
+"""The analytic solution of a scenario: its sweep, its design point, and what both generate."""
 
 from __future__ import annotations
 
@@ -104,12 +104,12 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def settable_ranges(self) -> tuple[StableInterval, ...]:
-        """Those of them that are wide enough for a device to be set into."""
+        """The stable ranges that are wide enough for a device to be set into."""
         return tuple(part for part in self.stable_ranges if part.settable)
 
     @cached_property
     def beyond(self) -> tuple[tuple[Point | None, ...], ...]:
-        """Where each stable range would end, below and above, if the sweep went on.
+        """Ends of each stable range, below and above, outside the sweep, if it went on.
 
         None where it ends within the sweep, or nowhere that rounding resolves.
         """
@@ -133,7 +133,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def shaker(self) -> Shaker:
-        """What must drive the capsule: at the design point, without one the most that the sweep asks for."""
+        """The shaker that drives the capsule: at the design point, or without one the largest that the sweep needs."""
         if self.sweep is None or self.design is not None:
             return self.device.shaker(self.parameter, float(self.device.value_of(self.parameter)))
         ends = [self.device.shaker(self.parameter, end) for end in (self.sweep.start, self.sweep.end)]
@@ -156,7 +156,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def fitting(self) -> Fitting | None:
-        """What would bring the deepest deflection within the membrane's active radius; None where it is."""
+        """Changes that would bring the deepest deflection within the membrane's active radius; None where it is."""
         return None if self.membrane is None or self.within_membrane else fitting(self.membrane, self.deepest_m)
 
     @cached_property
@@ -177,7 +177,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def stretch(self) -> MembraneStretch | None:
-        """How far the deepest of these stretches a membrane; None where there is none."""
+        """Stretch of a membrane at the deepest deflection of `stable_voltages`; None without a stable motion."""
         _, depths = self.stable_voltages
         return stretch_of(float(depths.max()), self.membrane) if depths.size and self.membrane is not None else None
 
@@ -261,7 +261,10 @@ def solution_of(
 
 
 def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:
-    """The design point, or one amid the first stable range, and the row of its first stable motion; None if none."""
+    """The first stable motion at the design point, or amid the first stable range: its design point and row there.
+
+    None where no motion is stable.
+    """
     design = solution.design
     if (design is None or not design.motions.stable_mask.any()) and solution.stable_ranges:
         part = solution.stable_ranges[0]

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.design.lines import Followed, Line, carried, mirrored, model_on_line
+from vireport.design.lines import Followed, Line, continued, mirrored, model_on_line
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve, PathPoint, follow
@@ -43,13 +43,13 @@ PATIENCE = 4096
 
 
 class Solutions(Curve, frozen=True, eq=False, dict=True):
-    """The solutions of a word's equations as a curve: motions, and those that pass through a membrane in flight.
+    """A curve of solutions of a word's equations: motions, and solutions that pass through a membrane in flight.
 
     On the way they need not be motions: what is none at one exponent may be one at another.
     """
 
     def margins(self, x: Floats) -> list[float]:
-        """What is positive of a solution within the range: both distances to its ends, and velocities."""
+        """Distances to both ends of the range, and velocities: all positive of a solution that is followed on."""
         return [float(x[-1]) - self.low, self.high - float(x[-1]), *self._speeds(x)]
 
     def is_motion(self, x: Floats) -> bool:
@@ -92,7 +92,7 @@ def constant(device: Device) -> Device:
 
 
 def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
-    """Those stable motions of a device's `constant` restitutions that are left where its law holds.
+    """Continue the stable motions of a device's `constant` restitutions to its law, and keep those that stay stable.
 
     Parameters
     ----------
@@ -103,11 +103,11 @@ def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
     """
     model = Falling(model_on_line(Line.LENGTHS, device, FLOATS).origin)
     most = -float(device.restitution.exponent)
-    return carried(model, -BEHIND, most, stable, device.period_ratio, mirrored(device))
+    return continued(model, (-BEHIND, most), stable, device.period_ratio, mirrored(device))
 
 
 class UnderLaw(Struct, frozen=True, eq=False):
-    """Motions of a device whose restitution falls with speed.
+    """The 1:1 motions of a device whose restitution falls with speed, as far as they are found.
 
     Attributes
     ----------
@@ -182,11 +182,12 @@ def _towards(curve: Curve, x: Floats, sign: float) -> PathPoint:
 
 
 def _new(motion: Motion, ends: Sequence[_End]) -> bool:
+    """Whether a motion differs from all of some solutions."""
     return all(motion.distance(other) > SAME for other, _ in ends)
 
 
 def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bool]]) -> tuple[list[_End], int]:
-    """The solutions with the law that curves from some starts come to, and how many are lost on the way."""
+    """The solutions with the law at the ends of curves from some starts, and the number of those lost on the way."""
     ends: list[_End] = []
     lost = 0
     # The list grows on the way by the asymmetric motions that begin at pitchforks.
@@ -208,7 +209,7 @@ def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bo
 
 
 def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
-    """The 1:1 motions that a ball comes to which lies on the bottom membrane when the force sets in."""
+    """The 1:1 motions to which a ball comes that the bottom membrane releases, as points of a curve."""
     from vireport.simulation.attractors import find_attractor
     from vireport.simulation.events import BOTTOM, Impact
     from vireport.simulation.release import presses
@@ -226,7 +227,7 @@ def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
 
 
 def _parted(curve: Curve, x: Floats) -> Iterator[PathPoint]:
-    """The asymmetric motions next to a pitchfork, on both sides."""
+    """Points on the branches of asymmetric motions next to a pitchfork, on both sides."""
     for begins, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, Limits(2, curve.word.periods)):
         if begins is Event.PITCHFORK:
             yield first
@@ -257,7 +258,7 @@ def _at_limit(device: Device, curve: Solutions, x: Floats) -> bool:
 
 
 def _solved(device: Device, motion: Motion, symmetric: bool) -> Solved:
-    """A motion under the law, polished in decimals."""
+    """A motion with the law of restitution, solved for in decimals."""
     exponent = device.restitution.exponent
     return solve_motion(
         lambda ops: Falling(model_on_line(Line.LENGTHS, device, ops).origin),
@@ -269,7 +270,7 @@ def _solved(device: Device, motion: Motion, symmetric: bool) -> Solved:
 
 
 def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float | None = None) -> Device | None:
-    """The device with restitutions that fall with the speed of the impact, as its own at one speed.
+    """A device with restitutions that fall with the speed of the impact, equal to its constant ones at one speed.
 
     Parameters
     ----------
