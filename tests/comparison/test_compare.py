@@ -660,8 +660,10 @@ def test_scenarios_on_one_axis_are_drawn_in_the_order_of_their_ranks() -> None:
 
 
 @pytest.mark.slow
-def test_more_scenarios_than_fit_across_make_several_figures() -> None:
-    drawn = compare_pictures(inclinations())
+def test_five_scenarios_stand_beside_one_another_and_more_make_several_figures() -> None:
+    assert [picture.name for picture in compare_pictures(inclinations())][1:] == ["figure-2", "figure-4", "figure-7"]
+    six = compare(EXAMPLES / "inclined.yaml", vary={"inclination_deg": [0, 5, 15, 30, 45, 60]})
+    drawn = compare_pictures(six)
     assert max(sentences(picture.caption) for picture in drawn) <= 2
     names = [picture.name for picture in drawn]
     assert names == ["figure-variants", "figure-2", "figure-2-2", "figure-4", "figure-4-2", "figure-7", "figure-7-2"]

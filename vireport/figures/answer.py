@@ -113,12 +113,12 @@ def _speeds(study: Study, part: Stretch) -> tuple[Floats, tuple[Floats, Floats]]
 
 
 def _rightmost(study: Study) -> list[tuple[Floats, tuple[Floats, Floats]]]:
-    """The stretch whose curves are named: the last one of the branch that is stable farthest to the right."""
+    """The stretch whose curves are named: the last one of the branch that reaches farthest to the right, if stable."""
     parts = [(float(np.max(_speeds(study, part)[0])), part) for part in stretches(study.solution)]
-    stable = [(end, part) for end, part in parts if part.stable]
-    if not stable:
+    chosen = [(end, part) for end, part in parts if part.stable] or parts
+    if not chosen:
         return []
-    branch = max(stable, key=lambda pair: pair[0])[1].branch
+    branch = max(chosen, key=lambda pair: pair[0])[1].branch
     last = max((pair for pair in parts if pair[1].branch is branch), key=lambda pair: pair[0])[1]
     return [_speeds(study, last)]
 

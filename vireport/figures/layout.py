@@ -130,7 +130,7 @@ def finished(
         else:
             item.set(position=(0, 1), transform=place)
         top += own + LINE_GAP
-    figure.stretch = lambda more: place_panels(figure, figure.get_figheight() - room + more, room, aligned)
+    figure.stretch = lambda more: place_panels(figure, height + more, room, aligned)
     for axes, texts in labels:
         write_labels(axes, texts)
     # From here on it is a figure that whoever has it can save or draw on, as any of Matplotlib.

@@ -22,16 +22,22 @@ from matplotlib.transforms import Bbox, ScaledTranslation
 from msgspec import Struct
 
 from vireport.figures.curves import Floats
-from vireport.figures.vector import PER_INCH, text_size
+from vireport.figures.vector import PER_INCH, LayoutCanvas, text_size
 
 EDGE, ROW_GAP, COLUMN_GAP = 3.6, 4.3, 7.2
 """Free room around all panels, and between what is around those of two rows and of two columns."""
+
+BEFORE = {"left": 0.12, "right": 0.95, "bottom": 0.15, "top": 0.9, "wspace": 0.2, "hspace": 0.2}
+"""Margins and gaps with which panels are measured, so that a figure that is placed twice is placed alike."""
 
 FACTOR_GAP = 3.0
 """Gap between the labels of the ticks and a factor that all of them have."""
 
 LINE = "lp"
 """What is as high as a line of text."""
+
+DIGITS = 6
+"""Decimals of what is measured."""
 
 ON_FRAME = 1e-6
 """Distance from the end of an axis up to which a tick is drawn."""
@@ -73,8 +79,11 @@ def place_panels(figure: Figure, height: float, heading: float = 0.0, aligned: C
     aligned : collection of Axes
         Panels above one another, the labels of whose vertical axes are in one line.
     """
-    dpi, figure.dpi = figure.dpi, PER_INCH
+    canvas, dpi = figure.canvas, figure.dpi
+    LayoutCanvas(figure)
+    figure.dpi = PER_INCH
     figure.set_figheight(height + heading)
+    figure.subplots_adjust(**BEFORE)
     panels = [panel for panel in figure.axes if panel.get_visible()]
     around = {panel: _surroundings(panel) for panel in panels}
     figure.subplots_adjust(**_margins(figure, around, PER_INCH * heading))
@@ -98,6 +107,7 @@ def place_panels(figure: Figure, height: float, heading: float = 0.0, aligned: C
             # Without fixed places every drawing measures all ticks to find those of the labels.
             axis.set_label_coords(*place, transform=panel.transAxes + shift)
     figure.dpi = dpi
+    figure.set_canvas(canvas)
 
 
 def _by_size(panel: Axes) -> list[Axis]:
@@ -124,7 +134,8 @@ def _surroundings(panel: Axes) -> Surroundings:
     for text in panel.texts:
         beyond = OUTWARDS * (np.array(text.get_window_extent().extents) - panel.bbox.extents)
         room = np.maximum(room, beyond)
-    return Surroundings(room, labels, over_axes)
+    # What is measured depends on where it stands, in its last digits.
+    return Surroundings(room.round(DIGITS), labels, over_axes)
 
 
 def _beside_axis(axis: Any, scale: Axis, labels: dict[Axis, float]) -> Floats:
@@ -152,6 +163,7 @@ def _beside_axis(axis: Any, scale: Axis, labels: dict[Axis, float]) -> Floats:
                 room[sides] = np.maximum(room[sides], pad + size[1 - along])
         if axis.get_major_formatter().get_offset():
             room[TOP if name == "y" else sides] += FACTOR_GAP + line
+    room = room.round(DIGITS)
     if axis.get_label_text():
         side = SIDES.index(str(axis.get_label_position()))
         labels[axis] = float(room[side] + axis.labelpad)

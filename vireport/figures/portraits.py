@@ -17,6 +17,7 @@ from vireport.figures.labels import Label
 from vireport.figures.layout import (
     Entry,
     blank,
+    columns_of,
     finished,
     fit_vertically,
     letter_of,
@@ -71,6 +72,9 @@ HIGHEST = 7.0
 
 ROW_HEIGHT = 0.85, 2.2
 """Least and largest height of a row of panels with its title and ticks [in]."""
+
+STACKED, MOST_STACKED = 1.7, 3
+"""Height of a panel with its title and axis where all are below one another [in], and motions of which they are so."""
 
 WORDS_FROM = 1.6
 """Height of a row from which the labels at its side have words [in]."""
@@ -172,14 +176,20 @@ def _beside_phase_portraits(
     label: str = "",
     measured: Sequence[ShownImpacts | None] = (),
 ) -> Figure:
-    """A row of two panels for each motion; that on the right shares the vertical axis, or has one with a label."""
-    height, ticks = _row_height(len(portraits))
+    """Two panels for each motion; the second one shares the vertical axis of the first, or has one with a label.
+
+    They are beside one another; below one another where two vertical axes would leave them no room.
+    """
+    columns = columns_of(2) if label and len(portraits) <= MOST_STACKED else 2
+    height, ticks = _row_height(len(portraits)) if columns == 2 else (STACKED, int(3 * STACKED))
+    beside: dict[str, Any] = {"width_ratios": (LEFT, RIGHT), "sharey": "none" if label else "row"}
+    rows = 2 * len(portraits) // columns
     with style():
-        figure, panels = blank(len(portraits), 2, sharey="none" if label else "row", width_ratios=(LEFT, RIGHT))
+        figure, panels = blank(rows, columns, **beside if columns == 2 else {})
         labels = []
-        for k, (portrait, (left, right)) in enumerate(zip(portraits, panels, strict=True)):
-            title(left, f"({letter_of(2 * k)}) {setting(portrait)}", 2)
-            title(right, f"({letter_of(2 * k + 1)}) {motion_words(portrait)}", 2)
+        for k, (portrait, (left, right)) in enumerate(zip(portraits, panels.reshape(-1, 2), strict=True)):
+            title(left, f"({letter_of(2 * k)}) {setting(portrait)}", columns)
+            title(right, f"({letter_of(2 * k + 1)}) {motion_words(portrait)}", columns)
             left.set_ylabel("velocity Ż [–]" if height > WORDS_FROM else "Ż [–]")
             _phase_portrait(left, portrait)
             draw(right, portrait)
@@ -193,15 +203,16 @@ def _beside_phase_portraits(
                 fit_vertically([left, right], ticks)
             if moves(portrait):
                 labels.append((left, _membranes(left, portrait)))
-        left.set_xlabel("relative position Z [–]")
-        right.set_xlabel(TIME)
+            if columns == 1 or k == len(portraits) - 1:
+                left.set_xlabel("relative position Z [–]")
+                right.set_xlabel(TIME)
         legend: list[Entry] = [
             *IMPACTS,
             ("rebound Ż → −r Ż", REBOUND),
             ("membrane", WALL),
             *_measured_entries(measured),
         ]
-        return finished(figure, height * len(portraits) + 0.3, _head(held), [legend], labels)
+        return finished(figure, height * rows + 0.3, _head(held), [legend], labels)
 
 
 def figure_6(

@@ -267,7 +267,7 @@ class NotebookFigure(Figure):
     Attributes
     ----------
     stretch : callable
-        What makes it higher by some inches, and its panels with it.
+        What makes it, and its panels with it, higher than they were drawn for by some inches.
     """
 
     stretch: Callable[[float], None]
@@ -404,7 +404,7 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         with drawn_for(self.sheet), style():
             figure.stretch(self.on_paper)
             higher = replace(self, on_paper=0.0, recorded=False).svg
-            figure.stretch(-self.on_paper)
+            figure.stretch(0.0)
         return higher
 
     @property
