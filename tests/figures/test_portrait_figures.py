@@ -315,7 +315,7 @@ def test_the_bytes_are_the_same_whatever_the_user_has_set(tmp_path: Path) -> Non
     (tmp_path / "matplotlibrc").write_text(
         "font.size: 25\nlines.linewidth: 9\naxes.facecolor: red\ntext.color: green\n"
     )
-    paths = os.pathsep.join([str(ROOT), str(ROOT / "tests" / "figures")])
+    paths = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
     environment = os.environ | {"MATPLOTLIBRC": str(tmp_path), "PYTHONPATH": paths, "PYTHONHASHSEED": "7"}
     run = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True)
     assert run.stdout.split() == here
