@@ -351,7 +351,7 @@ export function mount(root, start, backend) {
     ["disturbances", "Shocks, and where the outcome from rest changes"],
     ["motions", "Other impact sequences (seconds)"],
     ["simulation", "Simulation along the sweep (seconds)"],
-  ].map(([block, say]) => {
+  ].filter(([block]) => start.may_be_added.includes(block)).map(([block, say]) => {
     const box = make("input", { type: "checkbox", change: () => set({ [block]: box.checked ? {} : null }) });
     return { block, box, label: make("label", { class: "check" }, box, ` ${say}`) };
   });

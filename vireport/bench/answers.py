@@ -24,6 +24,7 @@ from vireport.physics.energy import Membrane
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput
+from vireport.scenario.rules import ADDED_IF_FULL
 from vireport.study.plan import ALL_FORMATS, FIGURES, Task
 from vireport.study.results import margin_data, motion_columns
 from vireport.study.study import Study, sweep_of
@@ -38,9 +39,6 @@ PLANE = 108, 81
 
 OF_REPORTS = {*ALL_FORMATS, *FIGURES, Task.CIRCLES, Task.REPRODUCTION}
 """Steps of a run that the page has no part in."""
-
-ALSO = "disturbances", "motions", "simulation"
-"""Blocks that take longer, which a page can ask for."""
 
 DRAWN_BEFORE = "branches", "critical_points", "stable_range", "table_1"
 """What results.json has of a sweep, which the first answer has told already."""
@@ -60,7 +58,7 @@ def first_answer(loaded: Loaded) -> dict[str, Any]:
     solution = solution_of(device, membrane, sweep_of(scenario), _has_design(scenario), margins=False)
     return {
         "values": values_of(scenario),
-        "blocks": [block for block in ALSO if getattr(scenario, block) is not None],
+        "blocks": [block for block in ADDED_IF_FULL if getattr(scenario, block) is not None],
         "swept": _swept(scenario),
         "branches": [_branch(branch) for branch in solution.branches],
         "points": [

@@ -21,6 +21,7 @@ from vireport.scenario.blocks import Scenario, to_dict
 from vireport.scenario.loading import Loaded, LoadedMap, load_any, loads
 from vireport.scenario.overrides import as_texts
 from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
+from vireport.scenario.rules import ADDED_IF_FULL
 from vireport.scenario.writing import as_yaml, with_paths
 
 NOT_HERE = {
@@ -120,7 +121,7 @@ def loaded_of(session: Opened, state: State) -> Loaded:
 
 
 def start_data(session: Opened) -> dict[str, Any]:
-    """What a page begins with: the controls, what can be swept, and what is left out."""
+    """What a page begins with: the controls, what can be swept or added, and what is left out."""
     scenario = loaded_of(session, {}).scenario
     return {
         "title": scenario.title or session.name,
@@ -128,6 +129,7 @@ def start_data(session: Opened) -> dict[str, Any]:
         "version": __version__,
         "notes": list(session.notes),
         "controls": [to_builtins(control) for control in controls_of(scenario)],
+        "may_be_added": list(ADDED_IF_FULL),
         "choices": {path: list(words) for path, words in CHOICES.items()},
         "inputs": [_named(scenario, varied) for varied in DesignInput],
         "sweepable": [_named(scenario, parameter) for parameter in Parameter],
