@@ -9,9 +9,9 @@ Three things can go wrong with an impact, and each has its function: the ball ma
 graze), it may bounce infinitely often in a finite time (`_settle`: chatter), and it may drift for thousands of periods
 before it meets a wall (`_idle_periods`).
 
-Harmonics of the force add to each flight what their own sines do; the zeros of Z'' are then given from outside. Where
-`more` or `harmonics` is None the force is a sine: the compiler leaves the rest away. Of a force that was recorded a
-flight goes through one cubic after another, and is a polynomial of five numbers on each, where others have four.
+Harmonics of the force add to each flight what their own sines do; the zeros of Z'' are then arguments. Where
+`overtones` or `harmonics` is None the force is a sine: the compiler leaves the rest away. Of a force that was recorded
+a flight goes through one cubic after another, and is a polynomial of five numbers on each, where others have four.
 
 A ball with friction has searches of its own, from stop to stop: on a way without one friction is a constant.
 
@@ -54,13 +54,14 @@ Hit = tuple[float, float, float, float, float]  # see `_next_impact`
 Pair = tuple[float, float]
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
-More = tuple[Array, float] | None  # of each harmonic: order, cosine and sine at the start, as in a flight; and a sign
+# Harmonics of the force in a flight: order, cosine and sine of each at its beginning; and a sign, -1 where y is -Z.
+Overtones = tuple[Array, float] | None
 ORDER, COSINE, SINE = 0, 1, 2
 # Columns of `drive`: a row is a cubic of Z'', by its value and derivatives at its beginning, and does not change sign.
 LENGTH, PULL, RATE, BEND, JERK, CONCAVE = 0, 1, 2, 3, 4, 5
 
 
-def _long(t: float, x: float) -> FlightRow:
+def _rise_and_lag(t: float, x: float) -> FlightRow:
     """Return 1 - cos x and x - sin x, x = pi t, with sine and cosine; for x of 1 or more."""
     sine, cosine = sin(x), cos(x)
     # x is pi t rounded: for a relative error of the result of one rounding, what was cut off is added to first order.
@@ -71,7 +72,7 @@ def _long(t: float, x: float) -> FlightRow:
     return 1.0 - cosine + rest * sine, x - sine + rest * (1.0 - cosine), sine, cosine
 
 
-def _short(x: float, q: float) -> Pair:
+def _rise_and_lag_series(x: float, q: float) -> Pair:
     """Return 1 - cos x and x - sin x, both over q = x^2, by their series; for x below 1."""
     lag = 1 / 39916800 - q * (1 / 6227020800 - q * (1 / 1307674368000 - q / 355687428096000))
     lag = x * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880 - q * lag))))
@@ -88,7 +89,7 @@ def _quintic(t: float, flight: Quintic, wall: float) -> FlightRow:
     return y, y1, a + t * (b + t * (c * (1 / 2) + t * e * (1 / 6))), b + t * (c + t * e * (1 / 2))
 
 
-def _state(t: float, flight: Leg, more: More, wall: float) -> FlightRow:
+def _state(t: float, flight: Leg, overtones: Overtones, wall: float) -> FlightRow:
     """Return y - wall, y', y'' and y''' at t.
 
     y = v t + g t^2/2 + [c (1 - cos pi t) - s (pi t - sin pi t)]/pi^2 is (2.12) freed of its cancellation:
@@ -99,25 +100,25 @@ def _state(t: float, flight: Leg, more: More, wall: float) -> FlightRow:
     v, g, c, s = flight
     x = pi * t
     if x >= 1.0:
-        rise, lag, sine, cosine = _long(t, x)
+        rise, lag, sine, cosine = _rise_and_lag(t, x)
         y = (t * (v + 0.5 * g * t) - wall) + (c * rise - s * lag) * PER_PI2
     else:
         q = x * x
-        rise, lag = _short(x, q)
+        rise, lag = _rise_and_lag_series(x, q)
         y = t * (v + t * (0.5 * g + (c * rise - s * lag))) - wall
         rise, sine, cosine = rise * q, x - lag * q, 1.0 - rise * q
     y1 = v + g * t + (c * sine - s * rise) * PER_PI
     y2, y3 = g + c * cosine - s * sine, -pi * (c * sine + s * cosine)
-    if more is not None:
-        parts, sign = more
+    if overtones is not None:
+        parts, sign = overtones
         for k in range(len(parts)):
             j, c, s = float(parts[k, ORDER]), sign * float(parts[k, COSINE]), sign * float(parts[k, SINE])
             x = pi * (j * t)
             if x >= 1.0:
-                rise, lag, sine, cosine = _long(j * t, x)
+                rise, lag, sine, cosine = _rise_and_lag(j * t, x)
             else:
                 q = x * x
-                rise, lag = _short(x, q)
+                rise, lag = _rise_and_lag_series(x, q)
                 rise, lag, sine, cosine = rise * q, lag * q, x - lag * q, 1.0 - rise * q
             y += (c * rise - s * lag) * PER_PI2 / (j * j)
             y1 += (c * sine - s * rise) * PER_PI / j
@@ -126,11 +127,11 @@ def _state(t: float, flight: Leg, more: More, wall: float) -> FlightRow:
     return y, y1, y2, y3
 
 
-def _snap(t: float, more: More) -> float:
+def _snap_of_overtones(t: float, overtones: Overtones) -> float:
     """Return y'''' at t less pi^2 (g - y''), which is 0 where the force is a sine."""
     snap = 0.0
-    if more is not None:
-        parts, sign = more
+    if overtones is not None:
+        parts, sign = overtones
         for k in range(len(parts)):
             j, c, s = float(parts[k, ORDER]), float(parts[k, COSINE]), float(parts[k, SINE])
             value = c * cos(j * pi * t) - s * sin(j * pi * t)
@@ -138,13 +139,13 @@ def _snap(t: float, more: More) -> float:
     return snap
 
 
-def _by_snap(d: float, t: float, flight: Leg, more: More, y2: float) -> float:
+def _by_snap(d: float, t: float, flight: Leg, overtones: Overtones, y2: float) -> float:
     """Return d y''''/3 at t, where y'' is known."""
     if len(flight) == 5:
         return d * (flight[3] + t * flight[4]) * (1 / 3)
     snap = d * pi * pi * (flight[1] - y2) * (1 / 3)
-    if more is not None:
-        snap += d * _snap(t, more) * (1 / 3)
+    if overtones is not None:
+        snap += d * _snap_of_overtones(t, overtones) * (1 / 3)
     return snap
 
 
@@ -173,14 +174,14 @@ def _hop(flight: Leg, end: float) -> float:
     return v * (2.0 + turn * v / square) / brake if 8.0 * v < brake * end and square > 0.0 else inf
 
 
-def _signed(more: More) -> More:
+def _signed(overtones: Overtones) -> Overtones:
     """Parts of the harmonics with their signs changed, for a flight in which y is -Z."""
-    if more is None:
+    if overtones is None:
         return None
-    return more[0], -more[1]
+    return overtones[0], -overtones[1]
 
 
-def _crossing(flight: Leg, more: More, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
+def _crossing(flight: Leg, overtones: Overtones, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
     """Time of the one crossing of y = wall between the ends, velocity there, evaluations; t is a guess.
 
     Steps are of fourth order, as y''' is free once y is known; one that leaves the bracket is bisected
@@ -189,7 +190,7 @@ def _crossing(flight: Leg, more: More, wall: float, rising: float, ends: Pair, t
     low, high = ends
     for step in range(1, MAX_STEPS):
         # Householder's step of third order: y'' and y''' cost no further sine or cosine.
-        f, y1, y2, y3 = _state(t, flight, more, wall)
+        f, y1, y2, y3 = _state(t, flight, overtones, wall)
         low, high = (t, high) if f * rising < 0.0 else (low, t)
         square = y1 * y1
         steep = y1 * (square - f * y2) + f * f * y3 * (1 / 6)
@@ -201,7 +202,7 @@ def _crossing(flight: Leg, more: More, wall: float, rising: float, ends: Pair, t
             if not done and step > 4:  # near grazing: stop at what rounding makes of y
                 done = abs(f) <= EPS * (_size(t, flight) + abs(wall))
             if done:
-                snap = _by_snap(d, t, flight, more, y2)
+                snap = _by_snap(d, t, flight, overtones, y2)
                 return t + d, y1 + d * (y2 + 0.5 * d * (y3 + snap)), float(step)
         t = t + d if low < t + d < high and step < FAST_STEPS else 0.5 * (low + high)
     return t, y1, float(MAX_STEPS)
@@ -221,7 +222,7 @@ def _parabola(flat: Node, other: Node, wall: float) -> float:
     return t0 + ((root - slope) if (bend > 0.0) == (span > 0.0) else (-slope - root)) / (2.0 * bend)
 
 
-def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
+def _peak(flight: Leg, overtones: Overtones, wall: float, start: Node, end: Node) -> tuple[bool, float, float, float]:
     """Whether concave y, rising at the start and falling at the end, reaches the wall in between.
 
     Two tangents bound the peak from above, any value of y from below: the search for the zero of Z' ends once
@@ -235,7 +236,7 @@ def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple
         top = (y1 - y0 + p0 * t0 - p1 * t1) / (p0 - p1)
         if y0 + p0 * (top - t0) < wall:
             return False, m, m, float(step)
-        y, p, q, j = _state(m, flight, more, wall)
+        y, p, q, j = _state(m, flight, overtones, wall)
         if y >= 0.0:  # a touch counts: rounding cannot tell it from an impact
             guess = m - sqrt(2.0 * y / abs(q)) if q != 0.0 else -inf
             if p > 0.1 or m - guess > 0.3 * (m - start[0]):  # not near the peak: its curvature says little
@@ -251,31 +252,33 @@ def _peak(flight: Leg, more: More, wall: float, start: Node, end: Node) -> tuple
     return False, m, m, step + 1.0
 
 
-def _piece(sign: float, flight: Leg, more: More, walls: Pair, start: Node, end: Node, base: float) -> FlightRow:
+def _piece(
+    sign: float, flight: Leg, overtones: Overtones, walls: Pair, start: Node, end: Node, base: float
+) -> FlightRow:
     """First impact on a piece where `sign` Z is concave: wall (0: none), time, velocity, evaluations."""
-    path, turned = flight, more
+    path, turned = flight, overtones
     (lower, upper), (a, ya, pa), (b, yb, pb) = walls, start, end
     # From here on y is concave: what is convex is turned upside down.
     if sign < 0.0:
-        path, turned = _turned(flight), _signed(more)
+        path, turned = _turned(flight), _signed(overtones)
         lower, upper, ya, pa, yb, pb = -upper, -lower, -ya, -pa, -yb, -pb
-    high, guess, seen, strikes_upper = b, a, 0.0, False
+    high, guess, evaluations, strikes_upper = b, a, 0.0, False
     if yb >= upper and pb >= 0.0:
         strikes_upper = True
         guess = _parabola((b, yb, pb), (a, ya, pa), upper)
     elif pa > 0.0 and pb < 0.0:
-        strikes_upper, high, guess, seen = _peak(path, turned, upper, (a, ya, pa), (b, yb, pb))
+        strikes_upper, high, guess, evaluations = _peak(path, turned, upper, (a, ya, pa), (b, yb, pb))
     if not strikes_upper:
         if yb > lower:
-            return 0.0, 0.0, 0.0, seen
+            return 0.0, 0.0, 0.0, evaluations
         high = b
-        guess = _hop(path, b) if more is None and a == 0.0 and ya == lower else inf
+        guess = _hop(path, b) if overtones is None and a == 0.0 and ya == lower else inf
         if guess == inf:
             guess = _parabola((a, ya, pa), (b, yb, pb), lower)
     guess = guess if a < guess < high else 0.5 * (a + high)
     wall, rising = (upper, 1.0) if strikes_upper else (lower, -1.0)
     t, speed, steps = _crossing(path, turned, wall, rising, (a, high), guess, base)
-    return rising * sign, t, sign * speed, seen + steps
+    return rising * sign, t, sign * speed, evaluations + steps
 
 
 def _node(t: float, flight: FlightRow, end: Pair) -> Node:
@@ -329,14 +332,14 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
         flip, middle, last = sign, (-c, -s), (c, s)
     ends = (first, first + gap)
     node, now, gate = (0.0, 0.0, v), flight, walls
-    periods, seen = 0.0, 0.0
+    periods, evaluations = 0.0, 0.0
     for window in range(MAX_PERIODS):
         for half in (0, 1):
             end = _node(ends[half], now, middle if half == 0 else last)
             wall, t, hit, steps = _piece(sign if half == 0 else flip, now, None, gate, node, end, periods)
-            seen += steps
+            evaluations += steps
             if wall != 0.0:
-                return periods, t, wall, hit, seen
+                return periods, t, wall, hit, evaluations
             node = end
         # Both pieces are searched: one period. Those in which the mean motion keeps clear of the walls are skipped.
         idle = _idle_periods(ends[1], now, gate, 1.0)
@@ -348,10 +351,10 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
         shift = 2.0 * periods * (v - s * PER_PI + g * periods)
         now, gate = (v + 2.0 * g * periods, g, c, s), (walls[0] - shift, walls[1] - shift)
         node = _node(first + gap, now, last)
-    return periods, 0.0, 0.0, 0.0, seen
+    return periods, 0.0, 0.0, 0.0, evaluations
 
 
-def _begun(phase: float, harmonics: Array, parts: Array) -> None:
+def _fill_parts(phase: float, harmonics: Array, parts: Array) -> None:
     """Fill `parts` with order, cosine and sine of each harmonic where a flight begins, the phase being its zero."""
     for k in range(len(harmonics)):
         j, a, b = float(harmonics[k, 0]), float(harmonics[k, 1]), float(harmonics[k, 2])
@@ -359,44 +362,46 @@ def _begun(phase: float, harmonics: Array, parts: Array) -> None:
         parts[k, ORDER], parts[k, COSINE], parts[k, SINE] = j, a * cosine + b * sine, a * sine - b * cosine
 
 
-def _next_zero(phase: float, still: Array) -> int:
+def _next_zero(phase: float, zeros: Array) -> int:
     """Index of the first zero of Z'' after a phase; the number of zeros if that is the first of the next period."""
-    for k in range(len(still)):
-        if phase < still[k, 0]:
+    for k in range(len(zeros)):
+        if phase < zeros[k, 0]:
             return k
-    return len(still)
+    return len(zeros)
 
 
-def _next_impact_with_harmonics(flight: FlightRow, more: More, phase: float, still: Array, walls: Pair) -> Hit:
+def _next_impact_with_harmonics(
+    flight: FlightRow, overtones: Overtones, phase: float, zeros: Array, walls: Pair
+) -> Hit:
     """First impact of a flight as `_next_impact`, under a force with harmonics.
 
-    Rows of `still` are the zeros of Z'', each a phase and the sign that makes Z concave from there on.
+    Rows of `zeros` are the zeros of Z'', each a phase and the sign that makes Z concave from there on.
     """
     v, g, c, s = flight
-    count, following = len(still), _next_zero(phase, still)
+    count, following = len(zeros), _next_zero(phase, zeros)
     # Impulse, path and amplitude of all harmonics together, as a sine alone has s, c and 1: for the mean motion.
     impulse, path, reach = s, c, 1.0
-    if more is not None:
-        parts = more[0]
+    if overtones is not None:
+        parts = overtones[0]
         for k in range(len(parts)):
             j = parts[k, ORDER]
             impulse += parts[k, SINE] / j
             path += parts[k, COSINE] / (j * j)
             reach += sqrt(parts[k, SINE] * parts[k, SINE] + parts[k, COSINE] * parts[k, COSINE]) / (j * j)
     node, now, gate = (0.0, 0.0, v), flight, walls
-    periods, seen, late = 0.0, 0.0, 0.0
+    periods, evaluations, late = 0.0, 0.0, 0.0
     for window in range(MAX_PERIODS):
         for i in range(count):
             k, lap = following + i, 0.0
             if k >= count:
                 k, lap = k - count, TURN
-            t = (float(still[k, 0]) + lap - phase) * PER_PI + late
-            z, speed, _, _ = _state(t, now, more, 0.0)
+            t = (float(zeros[k, 0]) + lap - phase) * PER_PI + late
+            z, speed, _, _ = _state(t, now, overtones, 0.0)
             end = (t, z, speed)
-            wall, t, hit, steps = _piece(float(still[k - 1, 1]), now, more, gate, node, end, periods)
-            seen += steps
+            wall, t, hit, steps = _piece(float(zeros[k - 1, 1]), now, overtones, gate, node, end, periods)
+            evaluations += steps
             if wall != 0.0:
-                return periods, t, wall, hit, seen
+                return periods, t, wall, hit, evaluations
             node = end
         idle = _idle_periods(node[0], (now[0], g, path, impulse), gate, reach)
         if g == 0.0 and v == impulse * PER_PI and (window > 0 or idle > 0.0):
@@ -405,31 +410,31 @@ def _next_impact_with_harmonics(flight: FlightRow, more: More, phase: float, sti
         shift = 2.0 * periods * (v - impulse * PER_PI + g * periods)
         now, gate = (v + 2.0 * g * periods, g, c, s), (walls[0] - shift, walls[1] - shift)
         t, late = node[0] - late, 2.0
-        z, speed, _, _ = _state(t, now, more, 0.0)
+        z, speed, _, _ = _state(t, now, overtones, 0.0)
         node = (t, z, speed)
-    return periods, 0.0, 0.0, 0.0, seen
+    return periods, 0.0, 0.0, 0.0, evaluations
 
 
 def _settle_with_harmonics(
-    wall: float, flight: FlightRow, more: More, phase: float, r: float, still: Array
+    wall: float, flight: FlightRow, overtones: Overtones, phase: float, r: float, zeros: Array
 ) -> tuple[bool, float, float]:
     """Whether the ball settles on the wall as in `_settle`, under a force with harmonics; it rides inf: for ever."""
     v = flight[0]
     if abs(v) > CHATTER_SPEED:
         return False, 0.0, 0.0
-    count, following = len(still), _next_zero(phase, still)
-    sign, left = still[following - 1, 1], inf
+    count, following = len(zeros), _next_zero(phase, zeros)
+    sign, left = zeros[following - 1, 1], inf
     for i in range(count):
         k, lap = following + i, 0.0
         if k >= count:
             k, lap = k - count, TURN
-        if still[k, 1] != sign:
-            left = (float(still[k, 0]) + lap - phase) * PER_PI
+        if zeros[k, 1] != sign:
+            left = (float(zeros[k, 0]) + lap - phase) * PER_PI
             break
     if v == 0.0 or sign * wall > 0.0:
         return sign * wall < 0.0, 0.0, left
-    _, _, pull, rate = _state(0.0, flight, more, 0.0)
-    bend = pi * pi * abs(flight[1] - pull) + abs(_snap(0.0, more))
+    _, _, pull, rate = _state(0.0, flight, overtones, 0.0)
+    bend = pi * pi * abs(flight[1] - pull) + abs(_snap_of_overtones(0.0, overtones))
     return _summed(abs(v), r, wall * pull, -wall * rate, bend, left)
 
 
@@ -461,7 +466,7 @@ def _next_impact_recorded(v: float, drive: Array, place: int, since: float, wall
     The flight begins in row `place`, at `since` its beginning. In each row it begins anew where the ball is then: no
     distance is a difference of what a whole record adds up to.
     """
-    time, gone, seen = 0.0, 0.0, 0.0
+    time, gone, evaluations = 0.0, 0.0, 0.0
     for k in range(place, len(drive)):
         left = float(drive[k, LENGTH]) - since
         if left > 0.0:
@@ -469,12 +474,12 @@ def _next_impact_recorded(v: float, drive: Array, place: int, since: float, wall
             y, speed, _, _ = _state(left, flight, None, 0.0)
             gate, concave = (walls[0] - gone, walls[1] - gone), float(drive[k, CONCAVE])
             wall, t, hit, steps = _piece(concave, flight, None, gate, (0.0, 0.0, v), (left, y, speed), time)
-            seen += steps + 1.0
+            evaluations += steps + 1.0
             if wall != 0.0:
-                return (0.0, time + t, wall, hit, seen), k, since + t
+                return (0.0, time + t, wall, hit, evaluations), k, since + t
             time, gone, v = time + left, gone + y, speed
         since = 0.0
-    return (0.0, time, 0.0, v, seen), len(drive), 0.0
+    return (0.0, time, 0.0, v, evaluations), len(drive), 0.0
 
 
 def _settle_recorded(
@@ -498,14 +503,14 @@ def _settle_recorded(
     return settles, time, riding, after
 
 
-def _released(phase: float, still: Array) -> float:
+def _released(phase: float, zeros: Array) -> float:
     """The zero of Z'' nearest to a phase, which is that zero up to rounding: a release is at exactly the same phase."""
     nearest, away = phase, inf
-    for k in range(len(still)):
-        off = abs(phase - still[k, 0]) % TURN
+    for k in range(len(zeros)):
+        off = abs(phase - zeros[k, 0]) % TURN
         off = min(off, TURN - off)
         if off < away:
-            nearest, away = float(still[k, 0]), float(off)
+            nearest, away = float(zeros[k, 0]), float(off)
     return nearest
 
 
@@ -526,7 +531,7 @@ def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float)
     return _summed(abs(v), r, wall * (g + c), wall * pi * s, pi * pi * abs(c), left)
 
 
-def _on(phase: float, t: float) -> float:
+def _phase_after(phase: float, t: float) -> float:
     """The forcing phase in [0, 2 pi) a time t after it was `phase`."""
     phase += pi * t
     while phase >= TURN:  # at most twice, but for a record: cheaper than a remainder
@@ -550,7 +555,7 @@ def _follow(
     laws: Array | None,
     which: int,
     harmonics: Array | None,
-    still: Array | None,
+    zeros: Array | None,
     drive: Array | None,
 ) -> None:
     """Follow one start; see `follow_starts`. Its law is row `which` of the laws: numba knows no row of None."""
@@ -563,7 +568,7 @@ def _follow(
     parts = np.empty((0, 3))
     if harmonics is not None:
         parts = np.empty((len(harmonics), 3))
-        _begun(phase, harmonics, parts)
+        _fill_parts(phase, harmonics, parts)
     place, since, after = 0, 0.0, 0
     while True:
         rows[row, WALL], rows[row, PHASE], rows[row, FLIGHT] = wall, phase, flight
@@ -577,11 +582,11 @@ def _follow(
             if drive is not None:
                 settles, settling, riding, after = _settle_recorded(wall, v, r, drive, place, since)
                 for_ever = riding == inf
-            elif harmonics is None or still is None:
+            elif harmonics is None or zeros is None:
                 settles, settling, riding = _settle(wall, (v, g, c, s), phase, r, turn[0])
                 for_ever = g >= 1.0
             else:
-                settles, settling, riding = _settle_with_harmonics(wall, (v, g, c, s), (parts, 1.0), phase, r, still)
+                settles, settling, riding = _settle_with_harmonics(wall, (v, g, c, s), (parts, 1.0), phase, r, zeros)
                 for_ever = riding == inf
             if laws is not None:
                 # Hops to come are summed with one restitution: the largest, or so late that it makes no difference.
@@ -593,22 +598,22 @@ def _follow(
                     break
                 # It is released at rest, at a zero of Z'' that is known exactly: what came before is forgotten.
                 if drive is not None:
-                    phase, v, place, since = _on(phase, settling + riding), 0.0, after, 0.0
-                elif harmonics is None or still is None:
+                    phase, v, place, since = _phase_after(phase, settling + riding), 0.0, after, 0.0
+                elif harmonics is None or zeros is None:
                     phase, s, c, v = turn[0] if wall > 0.0 else TURN - turn[0], wall * turn[1], -g, 0.0
                 else:
-                    phase, v = _released(phase + pi * (settling + riding), still), 0.0
+                    phase, v = _released(phase + pi * (settling + riding), zeros), 0.0
                     s, c = sin(phase), cos(phase)
-                    _begun(phase, harmonics, parts)
+                    _fill_parts(phase, harmonics, parts)
         if count == impacts:
             break
         row = row + 1 if row + 1 < kept else 0
         if drive is not None:
             (periods, t, wall, v, steps), place, since = _next_impact_recorded(v, drive, place, since, walls)
-        elif harmonics is None or still is None:
+        elif harmonics is None or zeros is None:
             periods, t, wall, v, steps = _next_impact((v, g, c, s), phase, turn, walls)
         else:
-            periods, t, wall, v, steps = _next_impact_with_harmonics((v, g, c, s), (parts, 1.0), phase, still, walls)
+            periods, t, wall, v, steps = _next_impact_with_harmonics((v, g, c, s), (parts, 1.0), phase, zeros, walls)
         evaluations += steps + 1.0
         if wall == 0.0:
             status = FREE
@@ -616,10 +621,10 @@ def _follow(
         if wall * v < 0.0:
             v = 0.0  # an impact of 1e-100 y_c, say, whose velocity rounding has turned: the ball only touches
         flight = 2.0 * periods + t
-        phase = _on(phase, t)
+        phase = _phase_after(phase, t)
         s, c = sin(phase), cos(phase)
         if harmonics is not None:
-            _begun(phase, harmonics, parts)
+            _fill_parts(phase, harmonics, parts)
         count += 1
     summary[IMPACTS], summary[EVALUATIONS], summary[STATUS] = count, evaluations, status
 
@@ -632,7 +637,7 @@ def follow_starts(
     summary: Array,
     laws: Array | None,
     harmonics: Array | None,
-    still: Array | None,
+    zeros: Array | None,
     drive: Array | None,
 ) -> None:
     """Follow each start for a number of impacts or to its end.
@@ -641,17 +646,17 @@ def follow_starts(
     0 in flight), position (used in flight), velocity (before the impact, if on a wall) and phase in [0, 2 pi).
     Of restitutions that fall with speed `laws` (n, 3) are the exponent, the speed at which they are stated, and the
     most that they are; None of constant ones.
-    Of a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `still` (n, m, 2) the zeros
+    Of a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `zeros` (n, m, 2) the zeros
     of Z'' ascending, each with the sign that makes Z concave from there on; both are None of a sine.
     Of a force that was recorded `drive` (m, 6) are the cubics of Z'' one after another: every start is followed from
     the beginning of the first to the end of the last, the phase being that of a sine beside it. Else it is None.
     Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
     for i in range(len(parameters)):
-        if harmonics is None or still is None:
+        if harmonics is None or zeros is None:
             _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, None, None, drive)
         else:
-            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], still[i], drive)
+            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], zeros[i], drive)
 
 
 def _pull(phase: float, g: float, harmonics: Array) -> float:
@@ -663,23 +668,23 @@ def _pull(phase: float, g: float, harmonics: Array) -> float:
     return pull
 
 
-def _exit(phase: float, still: Array, sign: float) -> Pair:
+def _exit(phase: float, zeros: Array, sign: float) -> Pair:
     """Time to the first zero of Z'' after which Z is concave (sign 1) or convex (-1), and its phase; inf: no such."""
-    count, following = len(still), _next_zero(phase, still)
+    count, following = len(zeros), _next_zero(phase, zeros)
     for i in range(count):
         k, lap = following + i, 0.0
         if k >= count:
             k, lap = k - count, TURN
-        if still[k, 1] == sign:
-            return (float(still[k, 0]) + lap - phase) * PER_PI, float(still[k, 0])
+        if zeros[k, 1] == sign:
+            return (float(zeros[k, 0]) + lap - phase) * PER_PI, float(zeros[k, 0])
     return inf, phase
 
 
-def _halt(flight: FlightRow, more: More, high: float) -> Pair:
+def _halt(flight: FlightRow, overtones: Overtones, high: float) -> Pair:
     """Time of the one zero of y', which falls through it before `high`, and the evaluations."""
     low, t = 0.0, 0.5 * high
     for step in range(1, MAX_STEPS):
-        _, y1, y2, y3 = _state(t, flight, more, 0.0)
+        _, y1, y2, y3 = _state(t, flight, overtones, 0.0)
         low, high = (t, high) if y1 > 0.0 else (low, t)
         steep = y2 * y2 - 0.5 * y1 * y3
         d = -y1 * y2 / steep if steep != 0.0 else inf
@@ -690,7 +695,7 @@ def _halt(flight: FlightRow, more: More, high: float) -> Pair:
 
 
 def _onward(
-    way: float, v: float, phase: float, g: float, harmonics: Array, parts: Array, still: Array, room: float
+    way: float, v: float, phase: float, g: float, harmonics: Array, parts: Array, zeros: Array, room: float
 ) -> tuple[bool, float, float, float, float, float]:
     """Follow a ball with friction that slips one way, Z' having the sign `way`, until it strikes the wall or stops.
 
@@ -699,30 +704,32 @@ def _onward(
     Between two zeros of Z'' the velocity is monotone: so it stops where its signs differ, and only there. Each zero is
     a new beginning, whose phase is known.
     """
-    time, gone, seen = 0.0, 0.0, 0.0
+    time, gone, evaluations = 0.0, 0.0, 0.0
     for _ in range(MAX_PERIODS):
-        _begun(phase, harmonics, parts)
-        k, lap = _next_zero(phase, still), 0.0
-        if k == len(still):
+        _fill_parts(phase, harmonics, parts)
+        k, lap = _next_zero(phase, zeros), 0.0
+        if k == len(zeros):
             k, lap = 0, TURN
-        after = float(still[k, 0])
+        after = float(zeros[k, 0])
         end, left = (after + lap - phase) * PER_PI, room - gone
-        flight, more = (way * v, way * g, way * cos(phase), way * sin(phase)), (parts, way)
-        y, y1, _, _ = _state(end, flight, more, 0.0)
+        flight, overtones = (way * v, way * g, way * cos(phase), way * sin(phase)), (parts, way)
+        y, y1, _, _ = _state(end, flight, overtones, 0.0)
         stops = y1 < 0.0
-        seen += 1.0
+        evaluations += 1.0
         if stops:
-            end, steps = _halt(flight, more, end)
-            y, y1, _, _ = _state(end, flight, more, 0.0)
-            seen += steps
+            end, steps = _halt(flight, overtones, end)
+            y, y1, _, _ = _state(end, flight, overtones, 0.0)
+            evaluations += steps
         if y >= left:
-            t, speed, steps = _crossing(flight, more, left, 1.0, (0.0, end), end * left / y if y > 0.0 else end, time)
-            return True, time + t, room, way * max(speed, 0.0), phase + pi * t, seen + steps
+            t, speed, steps = _crossing(
+                flight, overtones, left, 1.0, (0.0, end), end * left / y if y > 0.0 else end, time
+            )
+            return True, time + t, room, way * max(speed, 0.0), phase + pi * t, evaluations + steps
         time, gone = time + end, gone + y
         if stops:
-            return False, time, gone, 0.0, phase + pi * end, seen
+            return False, time, gone, 0.0, phase + pi * end, evaluations
         v, phase = way * y1, after
-    return False, time, gone, 0.0, phase, seen
+    return False, time, gone, 0.0, phase, evaluations
 
 
 def turned(phase: float) -> float:
@@ -744,7 +751,7 @@ def begins(v: float, phase: float, model: Array, harmonics: Array) -> float:
 
 
 def next_way(
-    way: float, v: float, phase: float, model: Array, harmonics: Array, parts: Array, still: Array, walls: Pair
+    way: float, v: float, phase: float, model: Array, harmonics: Array, parts: Array, zeros: Array, walls: Pair
 ) -> tuple[float, float, float, float, float, float, float]:
     """Follow a ball with friction on one way: it slips until it strikes or stops, or is held until it is let go.
 
@@ -755,13 +762,13 @@ def next_way(
     g, f = float(model[1]), float(model[4])
     if way == 0.0:
         # It is let go where |Z''| without friction exceeds friction: upwards or downwards, whichever comes first.
-        up, first = _exit(phase, still[0], 1.0)
-        down, second = _exit(phase, still[1], -1.0)
+        up, first = _exit(phase, zeros[0], 1.0)
+        down, second = _exit(phase, zeros[1], -1.0)
         if up < down:
             return up, 0.0, 0.0, first, 0.0, -1.0, 0.0
         return down, 0.0, 0.0, second, 0.0, 1.0, 0.0
-    room, zeros = (walls[1], still[1]) if way > 0.0 else (-walls[0], still[0])
-    strikes, t, y, v, phase, steps = _onward(way, v, phase, g - way * f, harmonics, parts, zeros, room)
+    room, ahead = (walls[1], zeros[1]) if way > 0.0 else (-walls[0], zeros[0])
+    strikes, t, y, v, phase, steps = _onward(way, v, phase, g - way * f, harmonics, parts, ahead, room)
     phase = turned(phase)
     if strikes:
         return t, way * y, v, phase, 1.0, 0.0, steps
@@ -771,7 +778,7 @@ def next_way(
 
 
 def follow_ways(
-    begun: Array, walls: Array, model: Array, harmonics: Array, still: Array, ways: Array, ends: Ints
+    begun: Array, walls: Array, model: Array, harmonics: Array, zeros: Array, ways: Array, ends: Ints
 ) -> bool:
     """Follow a ball with friction from each of some impacts to the next, way by way; False if `ways` has too few rows.
 
@@ -788,7 +795,7 @@ def follow_ways(
                 return False
             walls_from_ball = float(walls[i, 0]) - gone, float(walls[i, 1]) - gone
             t, z, end, after, strikes, onward, _ = next_way(
-                way, v, phase, model, harmonics, parts, still, walls_from_ball
+                way, v, phase, model, harmonics, parts, zeros, walls_from_ball
             )
             out = ways[row]
             out[0], out[1], out[2], out[3], out[4] = way, t, phase, v, end
@@ -804,7 +811,7 @@ def _next_impact_rubbed(
     model: Array,
     harmonics: Array,
     parts: Array,
-    still: Array,
+    zeros: Array,
     walls: Pair,
     most: int,
 ) -> tuple[float, float, float, float, float, int, int]:
@@ -813,26 +820,26 @@ def _next_impact_rubbed(
     Parameters are those of `next_way`, and how often it may stop. It ends RUNNING where it strikes; else HELD for ever,
     FREE where it goes to and fro for ever, or CREEPING where it has stopped too often.
     """
-    time, gone, seen, before = 0.0, 0.0, 0.0, inf
+    time, gone, evaluations, before = 0.0, 0.0, 0.0, inf
     for stops in range(most):
         ends = walls[0] - gone, walls[1] - gone
-        t, z, v, phase, strikes, onward, steps = next_way(way, v, phase, model, harmonics, parts, still, ends)
+        t, z, v, phase, strikes, onward, steps = next_way(way, v, phase, model, harmonics, parts, zeros, ends)
         if t == inf:
-            return 0.0, time, 0.0, phase, seen, HELD, stops
-        time, gone, seen = time + t, gone + z, seen + steps
+            return 0.0, time, 0.0, phase, evaluations, HELD, stops
+        time, gone, evaluations = time + t, gone + z, evaluations + steps
         if strikes != 0.0:
-            return way, time, v, phase, seen, RUNNING, stops
+            return way, time, v, phase, evaluations, RUNNING, stops
         if way > 0.0:
             # Where the way there and back is the same, the next one is as well.
             if abs(gone - before) <= EPS * (walls[1] - walls[0]):
-                return 0.0, time, 0.0, phase, seen, FREE, stops
+                return 0.0, time, 0.0, phase, evaluations, FREE, stops
             before = gone
         way = onward
-    return 0.0, time, 0.0, phase, seen, CREEPING, most
+    return 0.0, time, 0.0, phase, evaluations, CREEPING, most
 
 
 def _settle_rubbed(
-    wall: float, v: float, phase: float, model: Array, harmonics: Array, r: float, still: Array
+    wall: float, v: float, phase: float, model: Array, harmonics: Array, r: float, zeros: Array
 ) -> tuple[bool, float, float, float]:
     """Whether a ball with friction settles on the wall now, the time its last hops take, then rides, phase after it.
 
@@ -843,7 +850,7 @@ def _settle_rubbed(
     """
     g, f = float(model[1]), float(model[4])
     press = wall * _pull(phase, g, harmonics)
-    riding, after = _exit(phase, still[0] if wall > 0.0 else still[1], wall)
+    riding, after = _exit(phase, zeros[0] if wall > 0.0 else zeros[1], wall)
     if v == 0.0:
         return press > -f, 0.0, riding, after
     if abs(v) > CHATTER_SPEED or press <= f:
@@ -861,7 +868,7 @@ def _settle_rubbed(
 
 
 def _follow_rubbed(
-    model: Array, start: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, still: Array
+    model: Array, start: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, zeros: Array
 ) -> None:
     """Follow one start of a ball with friction; see `follow_rubbed_starts`."""
     d, r_bottom, r_top = float(model[0]), float(model[2]), float(model[3])
@@ -879,7 +886,7 @@ def _follow_rubbed(
             walls, way = ((-d, 0.0) if wall > 0.0 else (0.0, d)), -wall
             r = r_bottom if wall > 0.0 else r_top
             v = -r * v  # (2.10)
-            settles, settling, riding, after = _settle_rubbed(wall, v, phase, model, harmonics, r, still)
+            settles, settling, riding, after = _settle_rubbed(wall, v, phase, model, harmonics, r, zeros)
             if settles:
                 out[SETTLING], out[RIDING] = settling, riding
                 if riding == inf:
@@ -891,7 +898,7 @@ def _follow_rubbed(
         if count == impacts:
             break
         wall, flight, v, phase, steps, status, stops = _next_impact_rubbed(
-            way, v, phase, model, harmonics, parts, still, walls, left
+            way, v, phase, model, harmonics, parts, zeros, walls, left
         )
         evaluations += steps + 1.0
         left -= stops
@@ -902,12 +909,12 @@ def _follow_rubbed(
 
 
 def follow_rubbed_starts(
-    parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, still: Array
+    parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array, harmonics: Array, zeros: Array
 ) -> None:
     """Follow each start of a ball with friction for a number of impacts or to its end, as `follow_starts` does.
 
-    `parameters` (n, 5) have friction last. Of a sine `harmonics` (n, 0, 3) are none; `still` (n, 2, m, 2) are the zeros
+    `parameters` (n, 5) have friction last. Of a sine `harmonics` (n, 0, 3) are none; `zeros` (n, 2, m, 2) are the zeros
     of Z'' on the way up, Z' being negative, and on the way down.
     """
     for i in range(len(parameters)):
-        _follow_rubbed(parameters[i], starts[i], impacts, rows[i], summary[i], harmonics[i], still[i])
+        _follow_rubbed(parameters[i], starts[i], impacts, rows[i], summary[i], harmonics[i], zeros[i])

@@ -56,7 +56,7 @@ class _SearchedDevice(NamedTuple):
     groups: Groups[float]
     plain: Array
     harmonics: Array
-    still: Array
+    zeros: Array
 
     @staticmethod
     def of(model: Array) -> _SearchedDevice:
@@ -81,7 +81,7 @@ def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
     Way
         Up to the next impact: without end, if there is none.
     """
-    groups, plain, harmonics, still = _SearchedDevice.of(model)
+    groups, plain, harmonics, zeros = _SearchedDevice.of(model)
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
     phase, gone = kernel.turned(float(before[PHASE]) + pi * held), 0.0
     if wall:
@@ -96,7 +96,7 @@ def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
             ends = walls[0] - gone, walls[1] - gone
             begun = phase, velocity
             time, covered, velocity, phase, strikes, onward, _ = kernel.next_way(
-                sign, velocity, phase, plain, harmonics, parts, still, ends
+                sign, velocity, phase, plain, harmonics, parts, zeros, ends
             )
             yield Way(sign, float(time), *begun, float(velocity))
             gone, sign = gone + covered, onward
@@ -217,7 +217,7 @@ def _ways_after(searched: _SearchedDevice, before: Array, r: Array, compiled: bo
     while True:
         passed = np.empty((room, len(Way._fields)))
         with np.errstate(all="ignore"):  # as in the search for impacts
-            if follow(begun, walls, searched.plain, searched.harmonics, searched.still, passed, ends):
+            if follow(begun, walls, searched.plain, searched.harmonics, searched.zeros, passed, ends):
                 return passed[: int(ends[-1]) if len(ends) else 0], ends
         room *= 4
 
