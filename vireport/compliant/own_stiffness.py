@@ -69,7 +69,7 @@ class StabilityEnd(Struct, frozen=True, eq=False):
     point : Point
         With rigid membranes.
     design_value : float or None
-        Of the input, None where no design point is given.
+        Of the input, None without a design point.
     swept : bool
         Whether it ends a stable range of the sweep.
     compliant : float or None
@@ -161,7 +161,7 @@ class OwnStiffness(Struct, frozen=True, eq=False):
 def own_stiffness(solution: Solution) -> OwnStiffness | None:
     """Follow the stable motion and its ends from rigid membranes to those of the scenario.
 
-    None where no ball mass is given or no 1:1 motion is stable.
+    None without a ball mass, or if no 1:1 motion is stable.
 
     Raises
     ------

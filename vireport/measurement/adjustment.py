@@ -1,4 +1,4 @@
-"""Maximum likelihood of impacts whose times all have errors: the true times are unknowns beside the parameters.
+"""Maximum likelihood of impacts whose times all have errors: the true times are unknowns, as the parameters are.
 
 Errors e of the measured times are the least, sum e^2, with which all equations c(times - e, parameters) = 0 hold:
 condition adjustment with unknowns (Gauss and Helmert). Each equation has three times, so that its normal equations are

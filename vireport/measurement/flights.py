@@ -195,7 +195,7 @@ class Equations(Struct, frozen=True, eq=False):
     before, after : Array (m,)
         Velocity just before the impact and just after it [y_c].
     by_unknown : Array (m, p)
-        Derivatives by the unknowns asked for.
+        Derivatives by some unknowns.
     relative : Array (m, 3) or None
         Standard errors of these times over the one that all are counted in; None where they are alike.
     """

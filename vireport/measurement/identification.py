@@ -179,7 +179,7 @@ def fit(
         As measured, with nothing doubted. The first guess, in which what is far off counts little, is without their
         standard errors.
     say : callable
-        Is told each step.
+        Called with each step as it begins.
     within_s : float
         Timing error beyond which a fit is of no interest [s].
 

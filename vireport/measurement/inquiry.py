@@ -160,7 +160,7 @@ def answered(inquiry: Inquiry, record: Record, referenced: bool, say: Progress =
     referenced : bool
         Whether time 0 of the record is a maximum of the force.
     say : callable
-        Is told each step.
+        Called with each step as it begins.
 
     Raises
     ------

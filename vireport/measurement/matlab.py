@@ -22,7 +22,7 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 """With which a file of that format begins."""
 
 NUMERIC = "double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
-"""What MATLAB calls arrays of real numbers, which complex ones are as well: these are told by their type."""
+"""What MATLAB calls arrays of real numbers, which complex ones are as well: these differ by their type."""
 
 LEAST_BUDGET, MOST_UNFOLDED = 100_000_000, 100
 """Bytes that any file may unfold to, and how many times its size if that is more. Recorded signals are packed to a

@@ -46,7 +46,7 @@ SURELY = 3.0
 """Standard errors beyond which a value has a sign."""
 
 FEWER = 0.5
-"""Ratio of timing errors from which another model explains what the given one does not."""
+"""Ratio of timing errors below which another model explains what the scenario's does not."""
 
 FLIGHTS_EXPLAINED = 2
 """Flights that a fit leaves out and another does not, from which the other is right: of impacts that were missed both
@@ -146,7 +146,7 @@ class Misfit(Struct, frozen=True):
     distortion_untested : bool
         Whether a second harmonic of the force that the scenario does not say would not show.
     hidden : tuple of Hidden
-        What would hardly show, beside what would not at all.
+        Inputs that may be wrong by much and would hardly show.
     by_flights : int
         Flights that had to be left out and that the explanation explains, where it is these that reject the model.
     """

@@ -1,7 +1,7 @@
 """The motion that a record shows: velocities, phases and flight times of its impacts, its word, and their errors.
 
 Positions and velocities at both ends of a flight follow from its two times and the force's phase, Eqs. (2.11), (2.12):
-no restitution is needed. The errors of the times, those of what is fitted beside them, and what is known of the inputs
+no restitution is needed. The errors of the times, of what is fitted to them, and of the inputs
 are carried linearly, with their correlations.
 """
 
@@ -121,7 +121,7 @@ class Measured(Struct, frozen=True, eq=False):
     missed, false : int
         Impacts that were missed, and rows that are none.
     fitted : tuple of Unknown
-        What was fitted to the record, beside what is known with an uncertainty.
+        The unknowns that were fitted to the record; inputs with priors are fitted as well.
     """
 
     times: Array
@@ -158,7 +158,7 @@ def measured(
     maximum : ForceMaximum or None
         How the record's clock stands to the force, where that is known.
     say : callable
-        Is told each step.
+        Called with each step as it begins.
 
     Raises
     ------
@@ -232,7 +232,7 @@ def _by_time(model: ClockedDevice, impacts: MeasuredImpacts) -> Array:
     step = STEP / float(model.device.frequency_hz)
     place = np.arange(len(impacts))
     by_time = np.zeros((len(Quantity), len(impacts), 3))
-    # An impact depends on three times in a row: of every third time all impacts are told at once.
+    # An impact depends on three times in a row: every third time is moved at once.
     for first in range(3):
         moved = step * (place % 3 == first)
         later, earlier = (impacts.at(impacts.times + way * moved) for way in (1, -1))

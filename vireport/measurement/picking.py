@@ -21,7 +21,7 @@ from vireport.measurement.recordings import Channel, HeardPlace, Recording
 from vireport.measurement.records import FEWEST
 
 WAIT = 0.005
-"""Periods of the force by which impacts must be apart to be told from the ringing of the one before; twice that at
+"""Periods of the force by which impacts must be apart not to be taken for the ringing of the one before; twice that at
 worst. What is slower than its inverse is filtered away."""
 
 SLOW = 0.5
@@ -57,7 +57,7 @@ EVEN_SO, FEW = 0.03, 0.6
 that ring and on halves of a sine. The second is over the cube of the steps in the rise."""
 
 FINE, OUTSIDE = 16, 24
-"""Points of a rise that a signal is resampled to where it has fewer, and samples beside it that are taken for that."""
+"""Points of a rise that a signal is resampled to where it has fewer, and samples on both sides that are used for it."""
 
 DITHER, SEED, MOST_ERRORS = 3.0, 0, 0.9
 """Independent normal errors that are added to times, over those that come of sampling. These depend on where samples
@@ -187,7 +187,7 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
     frequency_hz : float
         Of the force, which says what is slow.
     say : callable
-        Is told each channel.
+        Called with each channel as it begins.
 
     Raises
     ------

@@ -167,7 +167,7 @@ class Recording(Struct, frozen=True, eq=False):
 
 
 def read_recording(path: str, place: ReadingPlace = ANYWHERE) -> Recording:
-    """Read a recording: a CSV file with times, a WAV file with its notes beside it, or a MATLAB file.
+    """Read a recording: a CSV file with times, a WAV file with its notes, or a MATLAB file.
 
     Parameters
     ----------

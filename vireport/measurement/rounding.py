@@ -23,7 +23,7 @@ PARTS, MOST_TRIED = 24, 200
 """Steps in a difference of two flights that are next to each other in size, and how many of these are tried."""
 
 FEWEST = 20
-"""Impacts of which a step is told."""
+"""Impacts from which on a step is looked for."""
 
 DISTINCT = 8
 """Flights of which none equals another: of fewer some multiples of some step are near by chance."""

@@ -70,7 +70,7 @@ def whole(count: int) -> Screened:
 def typical(system: Equations, share: float = MOST) -> float:
     """Timing error that most equations of a record agree on [s]: robust, from a quantile of their residuals.
 
-    A smaller share than usual would not do for a fit: of the four equations of a 3:1 motion three can always be met.
+    A smaller share than usual would not do for a fit: of the four equations of a 3:1 motion three can always hold.
     """
     size = np.abs(system.value) / system.spread
     if not len(size):

@@ -45,7 +45,7 @@ SETTLED, FEW_CHANGE = 1e-9, 1e-3
 """Change of the phase between the ends [rad] and share of the samples that change sides, below which steps end."""
 
 NEIGHBOURS = 2, 20
-"""Lines of the spectrum beside a harmonic, from and to, that the noise there is taken from."""
+"""Distances, least and largest, in lines of the spectrum from a harmonic to those that its noise is taken from."""
 
 SIGNIFICANT = 5.0
 """Standard errors from which a harmonic is one."""
@@ -67,8 +67,8 @@ TURNED_DEG = 30.0
 """Difference of the phase of an even harmonic from that of a reversed axis, which turns it by 180 degrees."""
 
 MOST_LONE, FAR = 3, 5.0
-"""Samples that are told to be far from all others, and how many times as far: of impacts there are many, and of noise
-the largest of any number are alike."""
+"""Samples at most that are reported as far from the fit, and how many times as far as all others: impacts make many
+such samples, and the largest of noise are alike."""
 
 LEAST_FAR = 0.1
 """Of the amplitude, up to which no sample is far."""
@@ -92,7 +92,7 @@ class ShakerDoubt(StrEnum):
 
 
 class ShakerFinding(Struct, frozen=True):
-    """Something to be told of a recorded acceleration: what, of which channel, and the numbers that say it.
+    """A possible fault of a recorded acceleration: its kind, its channel, and its size.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class ShakerFinding(Struct, frozen=True):
         is from what is fitted [m/s^2]; of clipping, the share of the samples.
     at_s : float
         When [s].
-    recorded, given : float
+    recorded, stated : float
         Amplitude of the record and of the scenario; of a lone sample its value, and how far all others are from what is
         fitted at most [m/s^2].
     """
@@ -432,7 +432,7 @@ def _motion(channel: Channel, means: _Means, middle: float, fit: _Fit) -> Shaker
 
 
 def shaker_findings(recording: Recording, shaker: ShakerMotion, device: Device) -> tuple[ShakerFinding, ...]:
-    """What may be wrong with a recorded acceleration, beside the force that a scenario says.
+    """Possible faults of a recorded acceleration, by comparison with the force of a scenario.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ class Signals(Struct, frozen=True, eq=False):
     shaker : ShakerMotion or None
         None where the acceleration was not recorded.
     doubts : tuple of ShakerFinding
-        What may be wrong with the latter, beside what the scenario says.
+        Possible faults of the acceleration, by comparison with the scenario.
     """
 
     picked: Picked
@@ -63,7 +63,7 @@ def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None)
     inquiry : Inquiry
         Of the scenario, for the frequency that is expected.
     say : callable
-        Is told each step.
+        Called with each step as it begins.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def shaker_of(recording: Recording, device: Device, say: Progress = lambda what:
     device : Device
         For the frequency that is expected, and gravity along the capsule.
     say : callable
-        Is told each step.
+        Called with each step as it begins.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def with_shaker(inquiry: Inquiry, shaker: ShakerMotion, delay_s: float) -> Inqui
     Raises
     ------
     UsageError
-        If what was measured is asked for.
+        If an input that the acceleration gives is an unknown.
     """
     if of_shaker := [x for x in OF_SHAKER if x in inquiry.unknowns]:
         raise UsageError(f"--free: {of_shaker[0]} is measured by the record's acceleration (leave one of them out)")

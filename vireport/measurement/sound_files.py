@@ -24,7 +24,7 @@ LARGE = b"ds64", 16
 """The chunk of a large file with the size of its samples, and where that stands in it."""
 
 UNKNOWN = 0xFFFFFFFF
-"""Stands for a size that is told elsewhere, or was never."""
+"""Size in a chunk whose size stands elsewhere, or was never written."""
 
 
 class Sound(Struct, frozen=True, eq=False):

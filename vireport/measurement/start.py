@@ -189,7 +189,7 @@ def _fitted(inquiry: Inquiry, part: MeasuredImpacts) -> ClockedDevice:
     many = max(_spread(most, part, MANY), none)
     if _spread(most, part, MOST) <= ALIKE * many and many <= ALIKE * max(_spread(model, part, MANY), none):
         return most
-    # Of three impacts of a motion two can be met exactly, with the third far off: only where all else fails.
+    # Of three impacts of a motion two can be fulfilled exactly, with the third far off: only where all else fails.
     other = _descended(inquiry, part, MANY)
     return min(most, other, key=lambda fit: _spread(fit, part, MANY))
 

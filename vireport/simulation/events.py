@@ -364,7 +364,7 @@ def follow_recorded(
     model : array (6 + 3 h,)
         A row of `check_model`, the force of which does not count.
     start : sequence of float
-        A row of `check_start`; its phase is that of a sine beside the record.
+        A row of `check_start`; its phase is that of a sine of the force's frequency.
     cubics : Cubics
         The relative acceleration as it was recorded.
     impacts : int

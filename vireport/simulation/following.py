@@ -90,7 +90,7 @@ class Stage(Struct, frozen=True, eq=False):
         """Largest distance between an impact of one motion and the nearest of the other, in phase and velocity.
 
         An impact of low velocity counts with that, as impacts come and go with velocity zero. Motions that are not
-        periodic, or whose cycle rounding does not tell, are not told from one another. With `mirror` the mirror image
+        periodic, or whose cycle rounding does not resolve, count as equal. With `mirror` the mirror image
         of the other counts as well.
         """
         if self.without_cycle and other.without_cycle:
@@ -243,7 +243,7 @@ class _Track(Struct, frozen=True, eq=False):
                 step /= 2
                 continue
             if apart:
-                # Before a jump is reported the motion is given the whole budget of impacts: a slow transient looks like
+                # Before a jump is reported the motion has the whole budget of impacts: a slow transient looks like
                 # another motion.
                 ahead = self.continued(stage, value, BUDGET)
                 jumps += [Jump(stage, ahead)] if self.apart(stage, ahead) else []

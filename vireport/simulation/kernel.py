@@ -41,7 +41,7 @@ CHATTER_TOL = 1e-15  # neglected third order of a completed chatter [t_c], well 
 FALLING_CHATTER = 1e-17  # rebound velocity down to which hops are followed whose restitution still grows
 CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
 FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
-MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case met
+MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case tried
 # Stops of a ball with friction on all of its way, and so many more for each impact: beyond, it creeps. Others stop a
 # few times in a flight.
 MAX_STOPS, STOPS_PER_IMPACT = 4_000, 8
@@ -649,7 +649,7 @@ def follow_starts(
     Of a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `zeros` (n, m, 2) the zeros
     of Z'' ascending, each with the sign that makes Z concave from there on; both are None of a sine.
     Of a force that was recorded `drive` (m, 6) are the cubics of Z'' one after another: every start is followed from
-    the beginning of the first to the end of the last, the phase being that of a sine beside it. Else it is None.
+    the beginning of the first to the end of the last, with the phase of a sine of its frequency. Else it is None.
     Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
     for i in range(len(parameters)):

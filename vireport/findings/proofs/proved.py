@@ -201,7 +201,7 @@ def _released_into(device: Device, groups: Groups[float], trap: Trap, compiled: 
     pressed = np.array([[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, np.pi]])
     try:
         ends = endings(groups, pressed, [core_of(groups, trap.motion, compiled)], compiled=compiled)
-    except NumericalError:  # too near a critical point: what is not told by simulation is not tried
+    except NumericalError:  # too near a critical point to be simulated to its end: not tried
         return set()
     # Simulated first: a proof in ball arithmetic is tried only where it can succeed.
     simulated = [wall for wall, end in zip((1, -1), ends.tolist(), strict=True) if end == 0]
