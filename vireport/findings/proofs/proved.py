@@ -184,6 +184,7 @@ def _sections(
     device: Device, groups: Groups[float], traps: Sequence[Trap | None], compiled: bool
 ) -> tuple[Section, ...]:
     """The shares of the section that are proved to come into each of some regions."""
+    # The motion that the ball from rest comes to may be one of the stable ones: once.
     regions = list(dict.fromkeys(trap for trap in traps if trap is not None))
     fastest = max((float(np.abs(trap.motion.velocity).max()) for trap in regions), default=0.0)
     # All sections reach as far as random starts do, so that shares can be compared with what is simulated.
@@ -247,6 +248,7 @@ def _arrival(
         return Arrival(reason=end or Unproved.NOT_PERIODIC)
     if (refused := REFUSED.get(end.destination)) is not None:
         return Arrival(reason=refused)
+    # A motion of another word has no region yet: its own one is sought.
     if end.destination is Destination.OTHER_MOTION:
         traps = [trap for trap in [_other(groups, end, compiled)] if trap is not None]
     if not traps:

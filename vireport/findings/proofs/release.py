@@ -81,6 +81,7 @@ def _followed(device: Device, traps: Sequence[Trap], wall: int) -> tuple[Trap, i
     for exactly, double in zip(groups.numbers, doubles.numbers, strict=True):
         if not abs(exactly - ball(double)) <= ball(AFFINE_ROUNDING) * abs(double):
             raise UnprovedError("rounding has moved the device by more than its regions allow for")
+    # Released at rest, in one state that is known exactly: no set is followed, but a point with a tiny ball.
     # The pressing acceleration vanishes as the force falls at the bottom, and as it rises at the top.
     time, after = wall * (-groups.gbar).acos() / ops.pi, 0 * groups.gbar
     for impacts in range(1, MOST_IMPACTS + 1):

@@ -21,6 +21,7 @@ def proof_data(proved: Proved) -> dict[str, Any]:
     """Plain data of proofs, as much as it takes to check them: regions, and cells of shocks and of the section."""
     arrival, sections = proved.arrival, proved.sections
     claimed = (*(shocks.trap for shocks in proved.shocks), *(section.trap for section in sections), arrival.trap)
+    # Several proofs are about one region: it is written once, and named by its number.
     regions = list(dict.fromkeys(trap for trap in claimed if trap is not None))
     return {
         "regions": [_region(trap) for trap in regions],

@@ -131,6 +131,7 @@ class _Covered:
         box = np.where(defined[:, None], box, 0.0)
         low, high = box[:, ::2].T - WIDENED, box[:, 1::2].T + WIDENED
         whole = PERIOD * np.floor(low[0] / PERIOD)
+        # Into the first of two periods: what lasts over its end is in the second one.
         low[0], high[0] = low[0] - whole, high[0] - whole
         (a, c), (b, d) = (f(x * self.scale).astype(np.intp) for f, x in ((np.floor, low), (np.ceil, high)))
         # An enclosure may reach beyond 0; no impact on the bottom has such a velocity.
@@ -245,6 +246,7 @@ def _arrives(goal: Goal, cells: Cells, region: _Covered) -> Mask:
 
 def _share(proved: Cells, fastest: float) -> float:
     """Share of the section that cells fill, rounded down."""
+    # Fewer than a million areas, each rounded a few times.
     return float(proved.area.sum() / (PERIOD * fastest) * (1 - 1e-12))
 
 

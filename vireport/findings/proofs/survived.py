@@ -139,6 +139,7 @@ class MotionFlights:
         for impact in np.unique(cells.impact).tolist():
             rows = np.flatnonzero(cells.impact == impact)
             after_impact = cells[rows]
+            # The simulation of the middle of each cell says where to look, and nothing that is believed.
             middle = (after_impact.low + after_impact.high) / 2
             delay = middle[0] * self.durations[impact].centre[0]
             start = shocked(goal.groups, goal.trap.motion, impact, delay, middle[1])
@@ -187,6 +188,7 @@ def survived(goal: Goal, largest: float) -> Survived:
         width = (cells.high - cells.low) / [[1.0], [largest]]
         fine = ~proved & (width[halved, np.arange(len(now))] <= FINEST)
         bound = min(bound, cells.smallest[fine].min(initial=bound))
+        # Halves are looked at in their turn, by size: those of large jumps may never be.
         split = np.flatnonzero(~proved & ~fine)
         pending = np.concatenate([pending, halving.halve(now[split], halved[split])])
     return Survived(trap, largest, halving.codes, _bound(halving.cells[halving.code == OPEN], largest))

@@ -77,6 +77,7 @@ class Trap(Struct, frozen=True, eq=False):
 
     def deviations(self, time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
         """Deviations of time [t_c], up to whole forcing periods, and velocity [y_c] from the motion's impact."""
+        # The force has the period 2: states that differ by whole periods are one.
         whole = 2.0 * np.round((time.centre - self.motion.time[0]) / 2)
         return time - whole - float(self.motion.time[0]), velocity - float(self.motion.velocity[0])
 
@@ -139,6 +140,7 @@ def proved_trap(groups: Groups[float], motion: Motion, metric: Floats, radius: f
     edge = np.linspace(-1.0, 1.0, TILES + 1)
     middle, half = (edge[1:] + edge[:-1]) / 2, radius / TILES
     first, second = (grid.ravel() * radius for grid in np.meshgrid(middle, middle))
+    # Of the square only tiles that the ellipse, a disk in the metric, reaches into.
     nearest = np.hypot(np.maximum(np.abs(first) - half, 0), np.maximum(np.abs(second) - half, 0))
     first, second = (coordinate[nearest <= radius] for coordinate in (first, second))
     # Slightly larger, so that roundings leave no gap between tiles.
