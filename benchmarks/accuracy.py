@@ -23,7 +23,7 @@ from vireport.findings.checks.methods import METHOD_NAMES, WHOLE
 from vireport.findings.checks.workprecision import ACCURACIES
 from vireport.findings.membranes.compliance import compliance_data
 from vireport.findings.membranes.solvers import STEPS
-from vireport.verify.outputs import asked, files, measured, text
+from vireport.verify.outputs import files, measured_study, text, with_accuracy_block
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
@@ -50,7 +50,9 @@ def compliant(data: dict[str, Any]) -> dict[str, Any]:
 
 def main() -> None:
     """Print, draw and record the study."""
-    study = measured(asked(load(EXAMPLES / "inclined.yaml")), lambda step: print(step, file=sys.stderr))
+    study = measured_study(
+        with_accuracy_block(load(EXAMPLES / "inclined.yaml")), lambda step: print(step, file=sys.stderr)
+    )
     print(text(study, every="--every" in sys.argv))
     columns = [(task, accuracy) for task in study.findings["checks"].tasks for accuracy in ACCURACIES]
     best = {name: [study.findings["checks"].best(name, *column) for column in columns] for name in METHOD_NAMES}

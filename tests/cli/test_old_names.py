@@ -49,7 +49,7 @@ def place(tmp_path: Path, study_of, monkeypatch) -> Path:
 
     row = Case("test", "made up", lambda: CaseFinding(""))
     monkeypatch.setattr(catalogue, "catalogue", lambda loaded=None: (row,))
-    monkeypatch.setattr(outputs, "measured", lambda *_: study_of("inclined"))
+    monkeypatch.setattr(outputs, "measured_study", lambda *_: study_of("inclined"))
     assert main(["run", INCLINED, "-o", str(tmp_path), "--format", "json", "-q"]) == 0
     (tmp_path / "results.json").rename(tmp_path / "old.json")
     text = (EXAMPLES / "maps/map.yaml").read_text().replace("count: 60", "count: 3").replace("count: 80", "count: 3")

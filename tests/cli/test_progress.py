@@ -193,11 +193,11 @@ def test_a_chart_tells_its_share(example) -> None:
 @pytest.mark.slow
 def test_an_accuracy_study_tells_its_share(example, monkeypatch) -> None:
     from vireport.findings.checks import workprecision
-    from vireport.verify.outputs import measured
+    from vireport.verify.outputs import measured_study
 
     monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
     told: list[str] = []
-    measured(load(example("inclined"), {"accuracy.repeats": 2, "accuracy.ladder": [1.0, 100.0]}), told.append)
+    measured_study(load(example("inclined"), {"accuracy.repeats": 2, "accuracy.ladder": [1.0, 100.0]}), told.append)
     known = shares(told)
     assert "accuracy: run times, 2 of 2" in told
     assert known[-1] > 0.8

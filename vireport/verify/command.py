@@ -57,10 +57,10 @@ def verify(
     if output is not None:
         require_writable(output, outputs.NAMES, force)
     width_mm = figure_width_mm(figure_width, (Task.PNG,))
-    loaded = outputs.asked(loaded)
+    loaded = outputs.with_accuracy_block(loaded)
     tell_lacking(loaded, outputs.FORMATS, quiet)
     with progress(quiet, verbose) as say:
-        study = outputs.measured(loaded, say)
+        study = outputs.measured_study(loaded, say)
         files = outputs.files(study, recorded(context), width_mm) if output is not None else {}
     printed = outputs.data(study, recorded(context)) if json else ""
     text = "" if json else outputs.text(study, verbose, every)

@@ -44,23 +44,23 @@ FORMATS = Task.PNG, Task.JSON
 """What a study of accuracy has."""
 
 
-def asked(loaded: Loaded) -> Loaded:
-    """The scenario with its accuracy block, or with the default one where it has none.
+def with_accuracy_block(loaded: Loaded) -> Loaded:
+    """A scenario with its accuracy block, or with the default one where it has none.
 
-    Simulation and requirements are left out: they are not what is asked for here.
+    Simulation and requirements are left out: they have no part in error against run time.
     """
     block = loaded.scenario.accuracy or AccuracyBlock()
     changes = {"accuracy": block, "simulation": None, "requirements": None}
     return replace(loaded, scenario=loaded.scenario.model_copy(update=changes))
 
 
-def measured(loaded: Loaded, progress: Progress | None = None) -> Study:
-    """Study a scenario that was `asked` for its accuracy."""
+def measured_study(loaded: Loaded, progress: Progress | None = None) -> Study:
+    """Study a scenario that has an accuracy block."""
     return analyse(loaded, FORMATS, progress)
 
 
 def accuracy_opening(study: Study) -> Opening:
-    """Choose what is said of a study that was `measured`: whether the solution is right, its worst error, its time."""
+    """Choose what is said of a `measured_study`: whether the solution is right, its worst error, its time."""
     work = _measured(study)
     if work is None or work.benchmark is None:
         why = "" if work is None else work.nothing

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from math import inf, log10
 from statistics import median
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -248,7 +248,7 @@ def measure(solution: Solution, repeats: int = 5, progress: Progress | None = No
 def compare(
     benchmark: Benchmark, methods: Iterable[Method], repeats: int, progress: Progress | None = None
 ) -> WorkPrecision:
-    """Measure given methods; see `measure`."""
+    """Measure error and run time of some methods on a benchmark."""
     trials: list[tuple[MethodRun, Callable[[], Any] | None]] = []
     orders: list[Order] = []
     absent: list[tuple[str, str]] = []
@@ -325,25 +325,27 @@ def _limit(method: Method, setting: float) -> float:
     return WRONG if method.knob.limits_accuracy else min(WRONG, 3 * max(setting, ELSEWHERE))
 
 
+class FittedAxis(NamedTuple):
+    """What an error is fitted against: its values in the runs, and the sign and the size of the exponent by theory."""
+
+    against: str
+    sign: int
+    theory: float
+    values: list[float]
+
+
 def _orders(method: Method, task: MethodTask, ladder: list[MethodRun]) -> Iterator[Order]:
-    """Fits over the runs between the first digits and rounding."""
-    good = [run for run in ladder if FLOOR < run.error < ASYMPTOTIC]
+    """Orders of convergence over the runs between the first digits and rounding, by least squares of the logarithm."""
+    runs, axes = [run for run in ladder if FLOOR < run.error < ASYMPTOTIC], []
     if method.order is not None:
         against, sign = ("step", -1) if method.knob is Knob.STEPS else ("tolerance", 1)
-        yield from _fit(method.name, task, against, good, [run.setting for run in good], sign, method.order)
+        axes.append(FittedAxis(against, sign, method.order, [run.setting for run in runs]))
     if method.cost_order is not None:
-        yield from _fit(
-            method.name, task, "evaluations", good, [float(run.evaluations) for run in good], -1, method.cost_order
-        )
-
-
-def _fit(
-    method: str, task: MethodTask, against: str, runs: list[MethodRun], x: list[float], sign: int, theory: float
-) -> Iterator[Order]:
-    """Least squares of the logarithm of the error."""
-    if len(set(x)) >= LEAST_POINTS:
-        slope = np.polyfit([log10(value) for value in x], [log10(run.error) for run in runs], 1)[0]
-        yield Order(method, task, against, sign * float(slope), (theory,), x[0], x[-1], len(x))
+        axes.append(FittedAxis("evaluations", -1, method.cost_order, [float(run.evaluations) for run in runs]))
+    for against, sign, theory, x in axes:
+        if len(set(x)) >= LEAST_POINTS:
+            slope = np.polyfit([log10(value) for value in x], [log10(run.error) for run in runs], 1)[0]
+            yield Order(method.name, task, against, sign * float(slope), (theory,), x[0], x[-1], len(x))
 
 
 def accuracy_data(work: WorkPrecision) -> dict[str, Any]:
