@@ -200,7 +200,7 @@ def test_an_accuracy_study_tells_its_share(example, monkeypatch) -> None:
     measured_study(load(example("inclined"), {"accuracy.repeats": 2, "accuracy.ladder": [1.0, 100.0]}), told.append)
     known = shares(told)
     assert "accuracy: run times, 2 of 2" in told
-    assert known[-1] > 0.8
+    assert known[-1] > 0.75
 
 
 @pytest.mark.slow
