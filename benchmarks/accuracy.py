@@ -19,8 +19,8 @@ from typing import Any
 from record import record
 
 from vireport import load
-from vireport.findings.checks.methods import METHOD_NAMES, WHOLE
-from vireport.findings.checks.workprecision import ACCURACIES
+from vireport.findings.accuracy.methods import METHOD_NAMES, WHOLE
+from vireport.findings.accuracy.workprecision import ACCURACIES
 from vireport.findings.membranes.compliance import compliance_data
 from vireport.findings.membranes.solvers import STEPS
 from vireport.verify.outputs import files, measured_study, text, with_accuracy_block

@@ -36,7 +36,7 @@ TELL_NO_RESULT = {
     "design/speed_law.py": OF_INPUTS,
     "motions/": "why a solver has ended",
     "checks/rootfinding.py": "why a solver has ended",
-    "findings/checks/tables.py": "times and counts of docs/accuracy.md",
+    "findings/accuracy/tables.py": "times and counts of docs/accuracy.md",
     "checks/paper.py": "compare with as many decimals as are in print",
     "verify/": "name cases by their inputs",
     "optimise/problem.py": "lines to be copied into a scenario",

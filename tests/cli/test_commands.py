@@ -21,7 +21,7 @@ CELLS = "4,800 cells over inclination_deg x device.length_m"
 @pytest.fixture
 def quick(monkeypatch) -> None:
     """Of the accuracy study only the closed form, so that it takes no time."""
-    from vireport.findings.checks import workprecision
+    from vireport.findings.accuracy import workprecision
 
     monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])
 

@@ -26,7 +26,7 @@ ENTRY = [sys.executable, "-m", "vireport"]
 QUICK = (
     "import sys; from vireport.verify import catalogue; from vireport.verify.rows import Case, CaseFinding;"
     "catalogue.catalogue = lambda loaded=None: [Case('a', 'b', lambda: CaseFinding(''))];"
-    "from vireport.findings.checks import workprecision as w; w.METHODS = w.METHODS[:1];"
+    "from vireport.findings.accuracy import workprecision as w; w.METHODS = w.METHODS[:1];"
     "from vireport.__main__ import entry; sys.exit(entry())"
 )
 SHORT = [sys.executable, "-c", QUICK]

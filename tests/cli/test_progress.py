@@ -192,7 +192,7 @@ def test_a_chart_tells_its_share(example) -> None:
 
 @pytest.mark.slow
 def test_an_accuracy_study_tells_its_share(example, monkeypatch) -> None:
-    from vireport.findings.checks import workprecision
+    from vireport.findings.accuracy import workprecision
     from vireport.verify.outputs import measured_study
 
     monkeypatch.setattr(workprecision, "METHODS", workprecision.METHODS[:2])

@@ -14,7 +14,7 @@ from vireport import Comparison
 from vireport.comparison.figures import compare_pictures
 from vireport.figures.curves import simulated_points
 from vireport.figures.pictures import pictures
-from vireport.findings.checks.methods import METHODS
+from vireport.findings.accuracy.methods import METHODS
 from vireport.scenario.loading import load_map, loads
 from vireport.study.study import analyse
 
@@ -58,7 +58,7 @@ def test_of_a_comparison(kind: str) -> None:
 @pytest.mark.slow
 def test_of_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = [method for method in METHODS if not method.name.endswith(("Radau", "LSODA"))]
-    monkeypatch.setattr("vireport.findings.checks.workprecision.METHODS", quick)
+    monkeypatch.setattr("vireport.findings.accuracy.workprecision.METHODS", quick)
     text = Path(path("inclined")).read_text(encoding="utf-8")
     study = analyse(loads(f"{text}\naccuracy: {{repeats: 1, ladder: [1, 100]}}\n"), ["png"])
     measured = [picture for picture in pictures(study) if picture.name in ("figure-accuracy", "figure-stiffness")]

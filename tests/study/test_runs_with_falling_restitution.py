@@ -10,7 +10,7 @@ from conftest import EXAMPLES
 
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.compliant.own_stiffness import own_stiffness
-from vireport.findings.checks.workprecision import measure
+from vireport.findings.accuracy.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.outcomes.outcomes import switched_on_by
 from vireport.findings.outcomes.withstood import withstood_by

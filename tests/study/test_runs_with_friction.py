@@ -14,8 +14,8 @@ from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
 from vireport.compliant.own_stiffness import own_stiffness
 from vireport.figures.device import shown_motion
+from vireport.findings.accuracy.workprecision import measure
 from vireport.findings.certificates.proofs import certify
-from vireport.findings.checks.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.region import region_of
 from vireport.motions.events import Event

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from vireport.base.errors import UsageError
 from vireport.changes.quantities import ComparedScenario
 from vireport.chart.over import plane_of
+from vireport.findings.accuracy.workprecision import measure
 from vireport.findings.certificates.proofs import certify
-from vireport.findings.checks.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.proof import prove_region
 from vireport.findings.tolerances.region import region_of

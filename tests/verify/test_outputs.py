@@ -10,9 +10,9 @@ from msgspec.structs import replace
 
 from vireport.base.timing import Spread
 from vireport.cli.app import main
-from vireport.findings.checks.benchmark import MeasuredQuantity, MethodTask
-from vireport.findings.checks.methods import CLOSED, METHODS, WHOLE, Knob
-from vireport.findings.checks.workprecision import MethodRun, WorkPrecision
+from vireport.findings.accuracy.benchmark import MeasuredQuantity, MethodTask
+from vireport.findings.accuracy.methods import CLOSED, METHODS, WHOLE, Knob
+from vireport.findings.accuracy.workprecision import MethodRun, WorkPrecision
 from vireport.gate.opening import WordedOpening
 from vireport.gate.verdict import Status
 from vireport.verify.outputs import accuracy_opening
@@ -84,7 +84,7 @@ def test_a_device_without_stable_motion_leaves_nothing_to_verify() -> None:
 def test_tables_are_printed_where_they_are_asked_for(example, capsys, monkeypatch) -> None:
     # What is printed does not depend on how finely the slow methods are tried.
     exact = [method for method in METHODS if method.name in (CLOSED, WHOLE)]
-    monkeypatch.setattr("vireport.findings.checks.workprecision.METHODS", exact)
+    monkeypatch.setattr("vireport.findings.accuracy.workprecision.METHODS", exact)
     quickly = ["--set", "accuracy.compliant_membrane=false", "--set", "accuracy.repeats=1"]
     given = ["verify", str(example("inclined")), *quickly]
     assert main(given) == 0

@@ -34,7 +34,7 @@ class AdditionRow(NamedTuple):
 ROWS: Mapping[str, AdditionRow] = {
     "outcomes": AdditionRow(("findings.outcomes",), ("finding",)),
     "certificates": AdditionRow(("findings.certificates",), ("finding",)),
-    "checks": AdditionRow(("findings.checks",), ("finding",)),
+    "checks": AdditionRow(("findings.accuracy",), ("finding",)),
     "membranes": AdditionRow(("findings.membranes",), ("finding",), after=("checks",)),
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",), after=("outcomes",)),

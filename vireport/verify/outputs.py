@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from vireport.base.encoding import json_text
-from vireport.findings.checks.methods import CLOSED, WHOLE
-from vireport.findings.checks.tables import measurements, power, ranking
-from vireport.findings.checks.workprecision import WorkPrecision
+from vireport.findings.accuracy.methods import CLOSED, WHOLE
+from vireport.findings.accuracy.tables import measurements, power, ranking
+from vireport.findings.accuracy.workprecision import WorkPrecision
 from vireport.gate.findings import findings, found_by
 from vireport.gate.opening import Opening, Statement, gravest
 from vireport.gate.verdict import Status

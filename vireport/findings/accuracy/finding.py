@@ -11,7 +11,7 @@ from vireport.base.progress import Progress
 from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
-    from vireport.findings.checks.workprecision import WorkPrecision
+    from vireport.findings.accuracy.workprecision import WorkPrecision
     from vireport.scenario.blocks import Scenario
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
@@ -50,7 +50,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
 
     def find(self, study: Study, say: Progress) -> WorkPrecision:
         """Try every method on the motion and the critical point of the scenario."""
-        from vireport.findings.checks.workprecision import measure
+        from vireport.findings.accuracy.workprecision import measure
 
         block = study.scenario.accuracy
         assert block is not None
@@ -60,7 +60,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
         """The block `accuracy`."""
         if found is None:
             return {STEP: None}
-        from vireport.findings.checks.workprecision import accuracy_data
+        from vireport.findings.accuracy.workprecision import accuracy_data
 
         return {STEP: accuracy_data(found)}
 
@@ -68,13 +68,13 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
         """Errors over run times, where there is something to compare."""
         drawn = next((step.task for step in study.plan.steps if step.runs and step.task == FIGURE), None)
         if drawn is not None and found.quantities:
-            from vireport.findings.checks.figure import picture
+            from vireport.findings.accuracy.figure import picture
 
             yield picture(found, drawn, templates)
 
     def parts(self, found: WorkPrecision, templates: Path | None) -> Mapping[str, Any]:
         """What each method reaches, and which is the fastest."""
-        from vireport.findings.checks.tables import measurements, ranking
+        from vireport.findings.accuracy.tables import measurements, ranking
 
         return {
             "measurements": list(measurements(found, templates=templates)),

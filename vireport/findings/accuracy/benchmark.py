@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from vireport.base.records import brief
 from vireport.design.point import DesignPoint, around_length
 from vireport.design.solution import Solution, stable_motion
-from vireport.findings.checks.flights import FlightModel
+from vireport.findings.accuracy.flights import FlightModel
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.one_to_one import Motions
 from vireport.motions.points import Point

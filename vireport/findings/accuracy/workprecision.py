@@ -27,15 +27,15 @@ from vireport.base.timing import (
     machine,
     timed_in_turns,
 )
-from vireport.findings.checks.benchmark import (
+from vireport.findings.accuracy.benchmark import (
     Benchmark,
     BenchmarkProblem,
     MeasuredQuantity,
     MethodTask,
     benchmark_of,
 )
-from vireport.findings.checks.flights import Budget
-from vireport.findings.checks.methods import (
+from vireport.findings.accuracy.flights import Budget
+from vireport.findings.accuracy.methods import (
     CLOSED,
     METHODS,
     WHOLE,

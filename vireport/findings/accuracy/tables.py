@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vireport.base.timing import Spread
-from vireport.findings.checks.benchmark import MethodTask
-from vireport.findings.checks.methods import CLOSED, METHOD_NAMES, WHOLE
-from vireport.findings.checks.workprecision import (
+from vireport.findings.accuracy.benchmark import MethodTask
+from vireport.findings.accuracy.methods import CLOSED, METHOD_NAMES, WHOLE
+from vireport.findings.accuracy.workprecision import (
     ACCURACIES,
     MethodRun,
     Order,

@@ -30,7 +30,7 @@ from vireport.figures.style import (
     Picture,
     style,
 )
-from vireport.findings.checks.methods import (
+from vireport.findings.accuracy.methods import (
     CLOSED,
     EXPLICIT,
     METHOD_NAMES,
@@ -40,8 +40,8 @@ from vireport.findings.checks.methods import (
     SIMULATED_TRANSIENT,
     WHOLE,
 )
-from vireport.findings.checks.tables import power, seconds, task_name
-from vireport.findings.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision
+from vireport.findings.accuracy.tables import power, seconds, task_name
+from vireport.findings.accuracy.workprecision import ACCURACIES, MethodRun, WorkPrecision
 from vireport.study.plan import AnyTask
 from vireport.text.formatting import factor_text
 

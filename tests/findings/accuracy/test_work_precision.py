@@ -16,7 +16,7 @@ from vireport.base.timing import Machine, Spread
 from vireport.checks import reference
 from vireport.checks.reference import reference_orbit, reference_voltage
 from vireport.figures.captions import alt_text
-from vireport.findings.checks.benchmark import (
+from vireport.findings.accuracy.benchmark import (
     Benchmark,
     BenchmarkProblem,
     Guess,
@@ -24,9 +24,9 @@ from vireport.findings.checks.benchmark import (
     SolvedMotion,
     benchmark_of,
 )
-from vireport.findings.checks.figure import figure_accuracy, shown_errors
-from vireport.findings.checks.finding import FINDING
-from vireport.findings.checks.flights import (
+from vireport.findings.accuracy.figure import figure_accuracy, shown_errors
+from vireport.findings.accuracy.finding import FINDING
+from vireport.findings.accuracy.flights import (
     Budget,
     FlightModel,
     explicit,
@@ -34,7 +34,7 @@ from vireport.findings.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.findings.checks.methods import (
+from vireport.findings.accuracy.methods import (
     CLOSED,
     EXPLICIT,
     METHOD_NAMES,
@@ -50,9 +50,16 @@ from vireport.findings.checks.methods import (
     shoot,
     shoot_critical,
 )
-from vireport.findings.checks.rootfinding import find_root
-from vireport.findings.checks.tables import measurements, ranking
-from vireport.findings.checks.workprecision import ACCURACIES, MethodRun, WorkPrecision, accuracy_data, compare, measure
+from vireport.findings.accuracy.rootfinding import find_root
+from vireport.findings.accuracy.tables import measurements, ranking
+from vireport.findings.accuracy.workprecision import (
+    ACCURACIES,
+    MethodRun,
+    WorkPrecision,
+    accuracy_data,
+    compare,
+    measure,
+)
 from vireport.motions.events import Event
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
@@ -212,7 +219,7 @@ def test_newton_on_the_return_map_is_quadratic(target, exact) -> None:
 @pytest.mark.parametrize("name", ["horizontal", "inclined"])
 def test_jacobian_of_the_conditions_at_a_critical_point_is_exact(name: str, study_of, monkeypatch) -> None:
     """Against central differences, for a lap and for the half lap of symmetric motions."""
-    from vireport.findings.checks import methods
+    from vireport.findings.accuracy import methods
 
     critical = benchmark_of(study_of(name).solution).critical
     conditions = {}
@@ -375,7 +382,7 @@ def test_report_and_figure_name_every_method(work) -> None:
 
 @pytest.mark.slow
 def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch) -> None:
-    monkeypatch.setattr("vireport.findings.checks.workprecision.find_spec", lambda name: None)
+    monkeypatch.setattr("vireport.findings.accuracy.workprecision.find_spec", lambda name: None)
     some = [replace(method, settings=method.settings[:1]) for method in METHODS[:6]]
     work = compare(inclined, some, 1)
     assert {run.method for run in work.runs} == {CLOSED, WHOLE, PRINTED, EXPLICIT}

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
 from vireport.design.point import design_point
-from vireport.findings.checks.benchmark import BenchmarkProblem, SolvedMotion
-from vireport.findings.checks.flights import (
+from vireport.findings.accuracy.benchmark import BenchmarkProblem, SolvedMotion
+from vireport.findings.accuracy.flights import (
     Budget,
     FlightMethod,
     FlightModel,
@@ -30,7 +30,7 @@ from vireport.findings.checks.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.findings.checks.rootfinding import Floats, find_root
+from vireport.findings.accuracy.rootfinding import Floats, find_root
 from vireport.motions.diagram import solve
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits, coefficients, orbits
