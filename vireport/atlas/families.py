@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from heapq import heappop, heappush
 from itertools import chain, count, product
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct, field
@@ -31,11 +32,11 @@ from vireport.motions.branches import admissible_families
 from vireport.motions.diagram import BifurcationDiagram, solve
 from vireport.motions.events import Event
 from vireport.motions.families import Atlas, Claim, Completeness, Family, Mark
-from vireport.motions.paths import Curve, PathPoint, Trail, completed, follow
+from vireport.motions.paths import Curve, Trail, completed, follow
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, polished
 from vireport.motions.sweep import Sweep
-from vireport.motions.switching import Beginning, Limits, openings, touching
+from vireport.motions.switching import Beginning, Limits, Opening, openings, touching
 from vireport.motions.turning import turns
 from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
@@ -172,9 +173,25 @@ class _Meeting(Struct):
     families: set[int] = field(default_factory=set)
 
 
-_Opening = tuple[int, int, Iterator[Beginning], Iterator[tuple[int, Iterator[Beginning]]]]
-"""An entry of the queue: impacts of a word, a serial number, the families that may begin with it at a vertex, and the
-other words that may begin there."""
+class _Queued(NamedTuple):
+    """An entry of the queue of a search, ordered by its first two fields.
+
+    Attributes
+    ----------
+    impacts : int
+        Of a word.
+    serial : int
+        In the order of the search; no two entries have the same.
+    families : iterator of Beginning
+        Families of the word that may begin at a vertex.
+    others : iterator of Opening
+        Further words that may begin at the vertex.
+    """
+
+    impacts: int
+    serial: int
+    families: Iterator[Beginning]
+    others: Iterator[Opening]
 
 
 class _Search(Struct):
@@ -200,7 +217,7 @@ class _Search(Struct):
         The vertices.
     at_event : dict
         The vertex at a row of a family, by its number and the row.
-    queue : list of _Opening
+    queue : list of _Queued
         A heap, the fewest impacts first.
     serial : iterator of int
         Makes entries of the queue comparable.
@@ -222,7 +239,7 @@ class _Search(Struct):
     of_word: dict[Word, list[Family]] = field(default_factory=dict)
     meetings: list[_Meeting] = field(default_factory=list)
     at_event: dict[tuple[int, int], _Meeting] = field(default_factory=dict)
-    queue: list[_Opening] = field(default_factory=list)
+    queue: list[_Queued] = field(default_factory=list)
     serial: Iterator[int] = field(default_factory=count)
     undecided: list[FlightTimeCells] = field(default_factory=list)
     squares: dict[Word, tuple[int, Floats]] = field(default_factory=dict)
@@ -268,31 +285,31 @@ class _Search(Struct):
         x = curve.nearest(curve.vector(motion)) if self.limits.admit(motion.word) else None
         if x is not None:
             start = curve.point(x, curve.tangent(x))
-            self._follow(None, curve, start, start)
+            self._follow(Beginning(None, curve, start, start))
         self.follow(LOOKED_FOR)
 
     def follow(self, longest: int) -> None:
         """Follow the families of up to `longest` impacts in the queue, and those that they lead to."""
-        while self.queue and self.queue[0][0] <= longest:
-            impacts = self.queue[0][0]
-            if impacts > LOOKED_FOR and not self.openings:
+        while self.queue and self.queue[0].impacts <= longest:
+            if self.queue[0].impacts > LOOKED_FOR and not self.openings:
                 return
-            self.openings -= impacts > LOOKED_FOR
-            _, _, beginnings, others = heappop(self.queue)
-            self._open(others)
-            for beginning in beginnings:
-                self._follow(*beginning)
+            queued = heappop(self.queue)
+            self.openings -= queued.impacts > LOOKED_FOR
+            self._open(queued.others)
+            for beginning in queued.families:
+                self._follow(beginning)
 
-    def _open(self, openings: Iterator[tuple[int, Iterator[Beginning]]]) -> None:
+    def _open(self, openings: Iterator[Opening]) -> None:
         """Put the next word that may begin at a vertex into the queue, with the words after it."""
         # One word of each vertex is enough: they come with ascending impacts, so that the shortest of all is always in
         # the queue.
-        for impacts, beginnings in openings:
-            heappush(self.queue, (impacts, next(self.serial), beginnings, openings))
+        for opening in openings:
+            heappush(self.queue, _Queued(opening.impacts, next(self.serial), opening.families, openings))
             return
 
-    def _follow(self, begins: Event | None, curve: Curve, vertex: PathPoint, first: PathPoint) -> None:
+    def _follow(self, beginning: Beginning) -> None:
         """Follow a family from its first motion and add it, unless it is known."""
+        begins, curve, vertex, first = beginning
         if not self._wanted(curve, first.x):
             return
         if self.progress is not None:
@@ -440,7 +457,7 @@ class _Search(Struct):
             families = tuple(sorted(numbers[number] for number in meeting.families))
             vertices[id(meeting)] = replace(point, label=label, families=families)
         marked = (self._marked(family, numbers[family.number], vertices) for family in order)
-        followed = self.queue[0][0] - 1 if self.queue else self.limits.impacts
+        followed = self.queue[0].impacts - 1 if self.queue else self.limits.impacts
         parts = tuple(marked), tuple(vertices.values()), tuple(self._completeness())
         return Atlas(self.sweep, self.limits, *parts, followed)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import chain, combinations
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -71,17 +72,38 @@ def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
     return motion
 
 
-Beginning = tuple[Event | None, Curve, PathPoint, PathPoint]
-"""A family at a vertex: the event with which it begins (None where it passes through), its curve, the vertex as a point
-of that curve, and its first motion."""
+class Beginning(NamedTuple):
+    """A family at a vertex.
+
+    Attributes
+    ----------
+    event : Event or None
+        With which it begins; None where it passes through the vertex.
+    curve : Curve
+        Of its motions.
+    vertex, first : PathPoint
+        The vertex as a point of that curve, and the first motion next to it.
+    """
+
+    event: Event | None
+    curve: Curve
+    vertex: PathPoint
+    first: PathPoint
+
+
+class Opening(NamedTuple):
+    """The families of one word that may begin at a vertex, with the impacts of the word."""
+
+    impacts: int
+    families: Iterator[Beginning]
 
 
 def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[Beginning]:
     """All families that meet at a vertex; parameters are those of `openings`."""
-    return chain.from_iterable(beginnings for _, beginnings in openings(curve, motion, event, limits))
+    return chain.from_iterable(opening.families for opening in openings(curve, motion, event, limits))
 
 
-def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[tuple[int, Iterator[Beginning]]]:
+def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[Opening]:
     """Candidates for families that begin at a vertex, word by word, the fewest impacts first.
 
     Parameters
@@ -97,18 +119,16 @@ def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iter
 
     Yields
     ------
-    int
-        Number of impacts of the word.
-    iterator of Beginning
-        Families of this word that begin at the vertex. Nothing is solved for before the first is drawn: at a grazing
-        point the number of words doubles with each period, 8,800 for one impact and one touch in up to sixteen periods.
+    Opening
+        Nothing is solved for before the first of its families is drawn: at a grazing point the number of words doubles
+        with each period, 8,800 for one impact and one touch in up to sixteen periods.
     """
     if event in (Event.GRAZING, Event.ZERO_VELOCITY):
         yield from _at_grazing(curve, motion, limits)
     elif event is Event.PERIOD_DOUBLING:
-        yield 2 * len(motion.word), _doubled(curve, motion)
+        yield Opening(2 * len(motion.word), _doubled(curve, motion))
     elif event is Event.PITCHFORK:
-        yield len(motion.word), _at_pitchfork(curve, motion)
+        yield Opening(len(motion.word), _at_pitchfork(curve, motion))
 
 
 def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
@@ -119,20 +139,20 @@ def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
     side = replace(curve, word=twice.word)
     x = side.vector(twice)
     away = _across(side, x, mirror=False)
-    yield from ((Event.PERIOD_DOUBLING, side, *pair) for pair in off(side, x, away))
+    yield from (Beginning(Event.PERIOD_DOUBLING, side, *pair) for pair in off(side, x, away))
     x = curve.vector(motion)
-    yield from ((None, curve, *pair) for pair in off(curve, x, curve.tangent(x)))
+    yield from (Beginning(None, curve, *pair) for pair in off(curve, x, curve.tangent(x)))
 
 
 def _at_pitchfork(curve: Curve, motion: Motion) -> Iterator[Beginning]:
     """The families at a pitchfork: the two asymmetric ones, and the symmetric one."""
     x = curve.vector(motion)
     away = _across(curve, x, mirror=True)
-    yield from ((Event.PITCHFORK, curve, *pair) for pair in off(curve, x, away))
-    yield from ((None, curve, *pair) for pair in off(curve, x, _across(curve, x, mirror=True, kept=True)))
+    yield from (Beginning(Event.PITCHFORK, curve, *pair) for pair in off(curve, x, away))
+    yield from (Beginning(None, curve, *pair) for pair in off(curve, x, _across(curve, x, mirror=True, kept=True)))
 
 
-def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[tuple[int, Iterator[Beginning]]]:
+def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Opening]:
     """Candidates at a grazing point: in one or several periods, each touch may be an impact or not."""
     rests, size = motion.rests, len(motion.word)
     removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
@@ -143,7 +163,7 @@ def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[tuple[
         choices.append((len(choice) * size - len(removed), len(choice), removed))
     for impacts, count, removed in sorted(choices):
         if impacts <= limits.impacts:
-            yield impacts, _touched(curve, motion, count, removed)
+            yield Opening(impacts, _touched(curve, motion, count, removed))
 
 
 def _unrepeated(letters: int, longest: int) -> Iterator[tuple[int, ...]]:
@@ -182,7 +202,7 @@ def _touched(curve: Curve, motion: Motion, count: int, removed: list[int]) -> It
     begins = Event.GRAZING if len(removed) == count * len(motion.rests) else Event.ZERO_VELOCITY
     x = side.vector(without)
     tangent = side.tangent(x)
-    yield from ((begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
+    yield from (Beginning(begins, side, *pair) for way in (tangent, -tangent) for pair in off(side, x, way))
 
 
 def off(path: Path, x: Floats, direction: Floats) -> Iterator[tuple[PathPoint, PathPoint]]:

@@ -131,19 +131,34 @@ def turning_points(
         brackets = _between(flights, _unaccelerated(flights.way.gbar, flights.harmonics))
     else:
         brackets = _returning(flights) if returns else _crossing(flights, nearest)
-    for index, low, high, back in brackets:
-        if index.size:
-            part = flights.select(index)
-            time = _turning_times(part, low, high, settled)
+    for bracket in brackets:
+        if bracket.which.size:
+            part = flights.select(bracket.which)
+            time = _turning_times(part, bracket.low, bracket.high, settled)
             covered = part.covered(time)
-            yield Turns(index, time, covered, part.way.d - covered, back)
+            yield Turns(bracket.which, time, covered, part.way.d - covered, bracket.back)
 
 
-Brackets = Iterator[tuple[Ints, Floats, Floats, NDArray[np.bool_]]]
-"""Numbers of flights, two times between which each turns once, and whether it turns back towards the membrane left."""
+class TurnBrackets(NamedTuple):
+    """Times between which flights turn once, as arrays of one length.
+
+    Attributes
+    ----------
+    which : ndarray of int
+        Numbers of the flights.
+    low, high : ndarray
+        Since the beginning of each [t_c].
+    back : ndarray of bool
+        Whether the ball turns back towards the membrane left.
+    """
+
+    which: Ints
+    low: Floats
+    high: Floats
+    back: NDArray[np.bool_]
 
 
-def _crossing(flights: ForcedFlights, nearest: bool) -> Brackets:
+def _crossing(flights: ForcedFlights, nearest: bool) -> Iterator[TurnBrackets]:
     """Bracket the turning points of flights from one membrane to the other.
 
     A flight leaves one wall and arrives at the other with velocities of the same sign, so Z' can only change sign
@@ -168,8 +183,8 @@ def _crossing(flights: ForcedFlights, nearest: bool) -> Brackets:
         near = _may_be_nearest(flights, index, middle, -speed * np.maximum(since, until)[index])
         index, middle = index[near], middle[near]
     within = np.ones(len(index), dtype=bool)
-    yield index, np.maximum(middle - since[index], 0.0), middle, within
-    yield index, middle, np.minimum(middle + until[index], way.duration[index]), ~within
+    yield TurnBrackets(index, np.maximum(middle - since[index], 0.0), middle, within)
+    yield TurnBrackets(index, middle, np.minimum(middle + until[index], way.duration[index]), ~within)
 
 
 def _laps(way: Flight) -> int:
@@ -201,7 +216,7 @@ def _may_be_nearest(flights: ForcedFlights, index: Ints, middle: Floats, reach: 
     return np.asarray(room - reach <= least[index])
 
 
-def _returning(flights: ForcedFlights) -> Brackets:
+def _returning(flights: ForcedFlights) -> Iterator[TurnBrackets]:
     """Bracket the turning points of flights back to the membrane that they left, between extrema of Z'."""
     # Here Z' has the other sign at the end than at the start: it changes sign an odd number of times, and the pairs of
     # `_crossing` are no help. Between extrema, ends included, Z' is monotone.
@@ -209,7 +224,7 @@ def _returning(flights: ForcedFlights) -> Brackets:
     yield from _between(flights, np.stack([turn, -turn]))
 
 
-def _between(flights: ForcedFlights, still: Floats) -> Brackets:
+def _between(flights: ForcedFlights, still: Floats) -> Iterator[TurnBrackets]:
     """Bracket the turning points of flights between phases of zero acceleration.
 
     Parameters
@@ -230,7 +245,7 @@ def _between(flights: ForcedFlights, still: Floats) -> Brackets:
         # Without restitution a flight begins at rest: what rounding makes of that is no turn.
         speeds[0] = way.direction * way.velocity
     piece, index = np.nonzero(speeds[:-1] * speeds[1:] < 0)
-    yield index, times[piece, index], times[piece + 1, index], speeds[piece, index] > 0
+    yield TurnBrackets(index, times[piece, index], times[piece + 1, index], speeds[piece, index] > 0)
 
 
 def _unaccelerated(gbar: Floats, harmonics: Sequence[Harmonic]) -> Floats:
