@@ -101,7 +101,7 @@ def solved(name: str, **over: object) -> Solution:
 def toleranced(**over: object) -> Solution:
     """Solution of the inclined example, with overrides as in `solved`, without a proof over its tolerances."""
     from vireport import load
-    from vireport.design.solution import solution_of
+    from vireport.design.solution import solution_of, with_tolerances
     from vireport.physics.device import Device
     from vireport.physics.energy import Membrane
     from vireport.study.study import sweep_of
@@ -109,7 +109,8 @@ def toleranced(**over: object) -> Solution:
     given = {path.replace("__", "."): value for path, value in over.items()}
     scenario = load(EXAMPLES / "inclined.yaml", given).scenario
     known = Membrane.of(scenario), sweep_of(scenario), scenario.value_of(scenario.parameter) is not None
-    return solution_of(Device.of(scenario), *known, scenario.tolerances)
+    solution = solution_of(Device.of(scenario), *known)
+    return solution if scenario.tolerances is None else with_tolerances(solution, scenario.tolerances)
 
 
 def markdown(study: Study, command: str) -> str:

@@ -19,7 +19,6 @@ from vireport.design.point import (
     design_point,
     ending_beyond,
     stable_ranges,
-    with_distortions,
 )
 from vireport.motions.branches import Branch
 from vireport.motions.diagram import BifurcationDiagram, TableRow, solve, table
@@ -191,13 +190,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
 
 def solution_of(
-    device: Device,
-    membrane: Membrane | None,
-    sweep: Sweep | None,
-    design: bool,
-    tolerances: TolerancesBlock | None = None,
-    margins: bool = True,
-    distortion: bool = False,
+    device: Device, membrane: Membrane | None, sweep: Sweep | None, design: bool, margins: bool = True
 ) -> Solution:
     """Find every 1:1 motion of a device along a sweep, and at its design point.
 
@@ -210,12 +203,8 @@ def solution_of(
         Of that device.
     design : bool
         Whether to evaluate the design point, for which the scenario must state all four parameters.
-    tolerances : TolerancesBlock, optional
-        By which it is decided into which ranges around the design point a device can be set.
     margins : bool
-        Whether to tell of the design point's motions how far they are from their ends.
-    distortion : bool
-        Whether to find the least harmonics of the force that end them, too.
+        Whether to find how far the design point's motions are from their ends.
 
     Raises
     ------
@@ -233,11 +222,6 @@ def solution_of(
         raise NumericalError(unresolved)
     diagram = solve(sweep) if sweep is not None else None
     point = design_point(device, diagram, margins) if design else None
-    if point is not None and distortion:
-        point = with_distortions(device, point)
-    if point is not None and tolerances is not None:
-        stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable_ranges)
-        point = replace(point, stable_ranges=tuple(stable))
     if membrane is None:
         return Solution(device, None, diagram, point)
 
@@ -258,6 +242,14 @@ def solution_of(
                 converted = conversion(strikes, membrane, membrane.dielectric, device.period_s)
             point = replace(point, conversion_by_motion=converted)
     return Solution(device, membrane, diagram, point)
+
+
+def with_tolerances(solution: Solution, tolerances: TolerancesBlock) -> Solution:
+    """A solution with tolerances of its inputs, by which it is decided which ranges a device can be set into."""
+    if (point := solution.design) is None:
+        return solution
+    stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable_ranges)
+    return replace(solution, design=replace(point, stable_ranges=tuple(stable)))
 
 
 def stable_motion(solution: Solution) -> tuple[DesignPoint, int] | None:

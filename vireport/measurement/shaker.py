@@ -450,8 +450,8 @@ def _of_unit(shaker: ShakerMotion, device: Device) -> Iterator[ShakerFinding]:
     name, stated = shaker.channel.name, float(device.amplitude_n) / float(device.capsule_mass_kg)
     ratio = stated / shaker.amplitude
     factor = next((unit_factor for unit_factor in FACTORS if abs(ratio / unit_factor - 1) < SAME_FACTOR), 1.0)
-    gravity_along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
-    reversed_ = (gravity_along > 1 and abs(shaker.offset * factor + gravity_along) < TILTED * gravity_along) or _turned(
+    axial_gravity = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
+    reversed_ = (axial_gravity > 1 and abs(shaker.offset * factor + axial_gravity) < TILTED * axial_gravity) or _turned(
         shaker, device
     )
     if factor != 1:

@@ -123,8 +123,8 @@ def _require_upright(name: str, shaker: ShakerMotion, device: Device) -> None:
     ------
     UsageError
     """
-    gravity_along = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
-    if gravity_along > 1 and abs(shaker.offset + gravity_along) < TILTED * gravity_along:
+    axial_gravity = float(device.gravity_m_s2) * sin(np.deg2rad(float(device.inclination_deg)))
+    if axial_gravity > 1 and abs(shaker.offset + axial_gravity) < TILTED * axial_gravity:
         raise UsageError(
             f"{name}: its mean of {shaker.offset:.4g} m/s² is that of gravity times -1: the sensor points "
             "to the bottom (allowed: positive towards the top, so that at rest it shows gravity positive)"

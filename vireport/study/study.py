@@ -13,7 +13,8 @@ from msgspec.structs import replace
 from vireport.base.errors import Mistake, ScenarioError, UsageError
 from vireport.base.progress import Progress, portion
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
-from vireport.design.solution import Solution, solution_of
+from vireport.design.point import with_distortions
+from vireport.design.solution import Solution, solution_of, with_tolerances
 from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
 from vireport.gate.evidence import Criterion, Evidence
 from vireport.gate.findings import findings, found_by
@@ -357,10 +358,11 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
     device, tolerances = Device.of(scenario), scenario.tolerances
     at_design = steps.runs(Task.DESIGN)
     say("solving for the 1:1 motions")
-    distortion = steps.runs(Task.DISTORTION)
-    solution = solution_of(
-        device, Membrane.of(scenario), sweep_of(scenario), at_design, tolerances, distortion=distortion
-    )
+    solution = solution_of(device, Membrane.of(scenario), sweep_of(scenario), at_design)
+    if solution.design is not None and steps.runs(Task.DISTORTION):
+        solution = replace(solution, design=with_distortions(device, solution.design))
+    if tolerances is not None:
+        solution = with_tolerances(solution, tolerances)
     study = Study(loaded, steps, solution, measured=measured)
     if scenario.simulation is not None:
         from vireport.checks.crosscheck import crosscheck
