@@ -98,10 +98,25 @@ def test_limits_and_the_objective_are_named_in_the_words_of_the_templates(tmp_pa
     assert limits in [text for _, text in worded.facts]
     assert worded.tiles[0].label == "Stroke of the shaker"
     assert worded.tiles[0].value.replace("\u00a0", " ") == f"{1e3 * result.best.value:.3g} mm"
-    words = (TEMPLATES / "words" / "optimise.j2").read_text().replace("the upper limit of", "the top of")
+    words = (TEMPLATES / "words" / "optimise.j2").read_text()
+    for before, after in (
+        ("the upper limit of", "the top of"),
+        ("{{ name }} {{ value }}", "{{ name }} of {{ value }}"),
+        ("In the scenario", "Before"),
+    ):
+        assert before in words
+        words = words.replace(before, after)
     (tmp_path / "words").mkdir()
     (tmp_path / "words" / "optimise.j2").write_text(words)
-    assert limits.replace("the upper limit of", "the top of") in [text for _, text in opening.worded(tmp_path).facts]
+    reworded = opening.worded(tmp_path)
+    assert limits.replace("the upper limit of", "the top of") in [text for _, text in reworded.facts]
+    (length, frequency) = (f"{value:.3g}" for value in result.problem.values(result.shown.t))
+    assert reworded.sentence == f"Best: length of {length} m, frequency of {frequency} Hz."
+    (table, *_), _ = outputs.section(result, tmp_path)
+    assert [column.title for column in table.columns][1:3] == ["Value", "Before"]
+    terminal = outputs.text(result, outputs.run_of(result), tmp_path, tables=True)
+    assert reworded.sentence in terminal.splitlines()
+    assert "In the scenario" not in terminal
 
 
 @pytest.mark.slow

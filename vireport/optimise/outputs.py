@@ -218,7 +218,9 @@ def _beyond_tolerances(tolerances: Any) -> Said:
     worst = tolerances.worst
     if worst is None:
         return _said("tolerances_open", tolerances.proof.open_share if tolerances.proof else 1.0)
-    device = [f"{varied.quantity} {varied.given(worst.values[varied])}" for varied in tolerances.region.ranges]
+    device = [
+        _said("input", varied.quantity, varied.given(worst.values[varied])) for varied in tolerances.region.ranges
+    ]
     return _said("tolerances_end", device, worst.share)
 
 
@@ -246,7 +248,7 @@ def opening(result: SearchResult, study: Study | None) -> Opening:
     grave = [fact for fact in run.facts if fact.status in (Status.BAD, Status.CAUTION)]
     fulfilled = [fact for fact in run.facts if fact.said.macro == "requirements_met"]
     facts = [Statement(run.status, run.sentence), *grave[: MOST_FACTS - 1 - len(limits)], *limits, *fulfilled]
-    named = [f"{_named(path)} {value}" for path, value in zip(result.problem.paths, values, strict=True)]
+    named = [_said("input", _named(path), value) for path, value in zip(result.problem.paths, values, strict=True)]
     sentence = _said("best", named) if len(named) <= MOST_NAMED else _said("best_of_many", named)
     return Opening(run.status, run.word, sentence, tuple(facts[:MOST_FACTS]), tuple(_tiles(result, study)))
 
@@ -318,7 +320,8 @@ def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
         for varied, value, now in zip(problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True)
     )
     note = "" if best is None else say("rounded" if built is not None else "not_rounded")
-    head = (*texts("Input"), *numbers("Value", "In the scenario", "From", "To"), *texts("At its limit"))
+    first, *between, last = _said("heads").parts(say.templates)
+    head = (*texts(first), *numbers(*between), *texts(last))
     return Table(say("table_best" if best is not None else "table_nearest"), head, rows, note)
 
 
@@ -369,8 +372,10 @@ def _front_table(result: SearchResult, say: Words) -> Table:
         (shown(100 * point.margin, ROUGHLY), value, cost, *input_values)
         for point, value, cost, *input_values in zip(result.front, printed, costs, *inputs, strict=True)
     ]
-    unit = f" [{objective.unit}]" if objective.unit else ""
-    head = (say("front_margin"), f"{objective.words}{unit}", f"{say('front_cost')}{unit}")
+    heads = [objective.words, say("front_cost")]
+    if objective.unit:
+        heads = [say("in_unit", head, objective.unit) for head in heads]
+    head = (say("front_margin"), *heads)
     caption = say("front_table", objective.words, _extreme(result).words(say.templates))
     return Table(caption, numbers(*head, *result.problem.paths), tuple(rows))
 
@@ -411,7 +416,7 @@ def _front(result: SearchResult, say: Words) -> Figure:
         if share:
             axes.axvline(100 * share, color=Color.VERMILION, linestyle="--", zorder=1.5)
         axes.set_xlabel(folded(say("front_along"), sheet().letters(sheet().across)))
-        axes.set_ylabel(f"{objective.words} [{objective.unit}]")
+        axes.set_ylabel(say("in_unit", objective.words, objective.unit))
         fit_vertically([axes])
         costs = span(min(_costs(result)), max(_costs(result)))
         lines: list[tuple[str, str]] = [(say("front_costs", costs, objective.unit), Color.BLUE)]
