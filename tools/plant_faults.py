@@ -48,6 +48,7 @@ TESTS = {
     "vireport/physics/cubics": ("tests/simulation/test_recorded_force.py",),
     "vireport/physics/groups": ("tests/motions/test_two_restitutions.py", "tests/physics/test_friction_group.py"),
     "vireport/motions/plane": ("tests/motions/test_motion_plane.py", "tests/motions/test_friction.py"),
+    "vireport/changes": ("tests/changes", "tests/comparison"),
     "vireport/optimise": ("tests/optimise/test_best_design.py",),
     "vireport/text": ("tests/text", "tests/gate"),
 }

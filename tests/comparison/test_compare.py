@@ -486,6 +486,8 @@ def test_losing_stable_motion_stands_at_the_top() -> None:
     lost = compare([study("inclined"), study("inclined", "inclination_deg=60")])
     assert lost.quantities[0].quantity == "stable 1:1 motions at the design point"
     assert lost.quantities[0].sentence.endswith("none for inclined, inclination 60°.")
+    margins = [row.notes for row in lost.quantities if row.group is QuantityGroup.MARGIN]
+    assert {notes[1] for notes in margins} == {"no stable 1:1 motion at the design point"}
     assert row_of(lost, "stable range from").notes[1] == "no stable 1:1 motion"
 
 

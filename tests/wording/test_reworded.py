@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import study
+from pages import Page
 
 from vireport import analyse, diff, load
 from vireport.base.errors import RenderError
@@ -72,6 +73,7 @@ def test_a_comparison_is_reworded_on_the_terminal_on_its_page_and_in_its_data(tm
         tmp_path / "own",
         compare=("{% macro lacks_not_met() %}requirements missed", "{% macro lacks_not_met() %}not as required"),
         changes=("({{ share }} apart)", "(they differ by {{ share }})"),
+        quantities=("highest U_ave", "greatest U_ave"),
     )
     text = (folder / "words" / "compare.j2").read_text()
     for before, after in (
@@ -100,6 +102,12 @@ def test_a_comparison_is_reworded_on_the_terminal_on_its_page_and_in_its_data(tm
     assert "No number: " in page
     said = [row["sentence"] for row in json.loads(data)["quantities"] if row["differs"]]
     assert any(" (they differ by " in sentence for sentence in said)
+    assert any(sentence.startswith("Greatest U_ave over the stable range: ") for sentence in said)
+    quantities = Page((tmp_path / "out" / "report.html").read_bytes()).text
+    assert "Greatest U" in quantities
+    assert "Highest U" not in quantities
+    names = [row["quantity"] for row in json.loads(data)["quantities"]]
+    assert "highest U_ave over the stable range" in names  # by which other programs find it
     assert not any(" apart)" in sentence for sentence in said)
     assert set(said) <= set(terminal.splitlines())
 
@@ -113,12 +121,22 @@ def test_changes_are_reworded_as_text_and_as_a_table(tmp_path: Path) -> None:
         text.replace(": gone, was ", ": no more, once ").replace("Now", "Today")
     )
     changed = diff(study("design-point").to_dict(), study("design-point", "device.length_m=0.6"))
+    text = (
+        (TEMPLATES / "words" / "quantities.j2")
+        .read_text()
+        .replace("margin from the design point", "margin of the design")
+    )
+    (folder / "words" / "quantities.j2").write_text(text)
     table = changes_table(changed, templates=folder)
     lines = diff_text(changed, "old.json", folder).splitlines()
     assert lines[0] == f"{len(changed)} news of old.json:"
     assert table.caption == f"{len(changed)} news of the baseline"
     assert [column.title for column in table.columns] == ["Group", "What", "Before", "Today", "Change"]
     assert [line for line in lines if ": no more, once " in line]
+    assert [line for line in lines if line.startswith("  margin: margin of the design to the ")]
+    assert [row for row in table.rows if row[1].startswith("margin of the design to the ")]
+    assert not [row for row in table.rows if row[1].startswith("margin from the design point to the ")]
+    assert [row for row in changed if row.quantity.startswith("margin from the design point to the ")]
     assert ": gone, was " in diff_text(changed)
 
 

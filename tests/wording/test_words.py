@@ -17,6 +17,7 @@ from jinja2.meta import find_undeclared_variables
 from msgspec.structs import replace
 
 from vireport import analyse, load
+from vireport.changes.quantities import MEASURED_QUANTITIES
 from vireport.chart.words import Naming
 from vireport.comparison.ranking import RANK_BY, RANKING_COLUMNS, Merit
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved
@@ -798,6 +799,58 @@ CHANGES_SAID: list[tuple[str, tuple[object, ...], str]] = [
 ]
 
 
+QUANTITIES_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("stable_motion", (), "stable 1:1 motion at the design point"),
+    ("stable_motions", (), "stable 1:1 motions at the design point"),
+    ("from_rest", (), "from rest"),
+    ("recovery", (), "time until 1 % of a small disturbance is left"),
+    ("least_shock", (), "least shock that leads out of the motion"),
+    ("design_voltage", (), "U_ave of the stable motion at the design point"),
+    ("highest_voltage", (), "highest U_ave over the stable range"),
+    ("lowest_voltage", (), "lowest U_ave over the stable range"),
+    ("critical_point", ("B1", "period doubling", "asymmetric"), "B1, period doubling of the asymmetric motion"),
+    ("range_from", (), "stable range from"),
+    ("range_to", (), "stable range to"),
+    ("numbered_range_from", (2,), "stable range 2 from"),
+    ("numbered_range_to", (2,), "stable range 2 to"),
+    ("margin_below", ("fold", "r"), "margin from the design point to the fold below, in r"),
+    ("margin_above", ("fold", "r"), "margin from the design point to the fold above, in r"),
+    ("of_family", ("margin", "asymmetric"), "margin, of the asymmetric motion"),
+    ("in_symbol", ("stable range from", "d"), "stable range from, d"),
+    ("of_baseline", ("B1",), "B1 of the baseline"),
+    ("measured", ("impact velocity", "bottom"), "measured impact velocity at the bottom"),
+    ("computed", ("impact velocity", "bottom"), "computed impact velocity at the bottom"),
+    ("measured_less_computed", ("impact velocity", "top"), "measured less computed impact velocity at the top"),
+    ("velocity_m_s", (), "impact velocity"),
+    ("velocity", (), "impact velocity over F/(2 M f)"),
+    ("phase_rad", (), "phase of the impact"),
+    ("flight_t_c", (), "flight time after the impact times 2 f"),
+    ("no_sweep", (), "no sweep"),
+    ("no_design_point", (), "no design point"),
+    ("no_ball_mass", (), "device.ball_mass_kg is not given"),
+    ("holds_d", (), "the sweep holds d"),
+    ("sweeps", ("length",), "sweeps the length"),
+    ("no_motion", (), "no stable 1:1 motion"),
+    ("no_motion_at_design", (), "no stable 1:1 motion at the design point"),
+    ("no_motion_in_sweep", (), "no stable 1:1 motion in the sweep"),
+    ("nothing_measured", (), "nothing measured there"),
+    ("ends_no_range", (), "does not end the stable range"),
+    ("no_end", (), "no critical point ends the stable range"),
+    ("no_point", (), "none in the sweep"),
+    ("no_further_range", (), "no further stable range"),
+    ("no_shock_up_to", ("6.4",), "none found up to 6.4 m/s"),
+    ("standard_error", ("0.003",), "standard error 0.003"),
+    ("of_another_record", (), "of another scenario's record"),
+    ("least_of", (2,), "the least of 2"),
+    ("none_for", (), "none for"),
+    ("no_motion_there_for", (), "no stable motion there for"),
+    ("no_motion_for", (), "no stable motion for"),
+    ("no_point_for", (), "none in the sweep for"),
+    ("no_range_for", (), "no stable range for"),
+    ("no_such_range_for", (), "no such stable range for"),
+]
+
+
 MISSED = thing(
     title="U_ave", limit=thing(text="at least 900 V"), outcome=thing(text="800 V"), margin_text="-100 V", key="u_ave"
 )
@@ -926,6 +979,17 @@ def test_a_macro_of_changes_says(macro: str, given: tuple[object, ...], text: st
 
 def test_every_macro_of_changes_is_said_above() -> None:
     assert macros_of("changes") == {macro for macro, *_ in CHANGES_SAID}
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), QUANTITIES_SAID, ids=[row[0] for row in QUANTITIES_SAID])
+def test_a_macro_of_compared_quantities_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("quantities", macro, *given) == text
+
+
+def test_every_macro_of_compared_quantities_is_said_above() -> None:
+    named = {macro for macro, *_ in QUANTITIES_SAID}
+    assert macros_of("quantities") == named
+    assert named >= {name for name, _ in MEASURED_QUANTITIES}
 
 
 def test_every_conclusion_has_its_sentence() -> None:
@@ -1752,6 +1816,8 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         said("compare", macro, *given)
     for macro, given, _ in CHANGES_SAID:
         said("changes", macro, *given)
+    for macro, given, _ in QUANTITIES_SAID:
+        said("quantities", macro, *given)
     for macro, given, _ in OPTIMISE_SAID:
         said("optimise", macro, *given)
     branches, told = taken()
@@ -1764,5 +1830,6 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         "words/changes.j2",
         "words/compare.j2",
         "words/optimise.j2",
+        "words/quantities.j2",
         "words/verify.j2",
     }  # Python decides there

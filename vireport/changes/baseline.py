@@ -23,6 +23,7 @@ from vireport.study.earlier import read_earlier
 from vireport.study.results import SCHEMA_VERSION
 from vireport.study.study import Study, require_study
 from vireport.text.foreign import visible
+from vireport.wording.said import Said
 
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
@@ -154,9 +155,16 @@ def _since_baseline(row: ComparisonRow) -> ComparisonRow:
     before, after = (cell.value for cell in cells)
     numbers = isinstance(before, float) and isinstance(after, float)
     change = (after - before) / abs(before) if numbers and before and row.group is not QuantityGroup.MARGIN else None
-    what = visible(row.quantity, LONGEST_TEXT)
-    said = since_baseline(what, (before, after), row.unit, change, row.group.exactness)
-    return replace(row, quantity=what, cells=cells, change=change, differs=True, said=said)
+    name = _visible(row.name)
+    said = since_baseline(name, (before, after), row.unit, change, row.group.exactness)
+    return replace(row, name=name, cells=cells, change=change, differs=True, said=said)
+
+
+def _visible(name: Any) -> Any:
+    """A name with the texts of a baseline as inert text."""
+    if isinstance(name, Said):
+        return replace(name, values=tuple(map(_visible, name.values)))
+    return visible(name, LONGEST_TEXT) if isinstance(name, str) else name
 
 
 def _plain(value: Any) -> float | str | None:
@@ -174,7 +182,7 @@ def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float)
     """
     taken = [_name(point) for point in new["critical_points"]]
     clashing = [point["label"] for point in old["critical_points"] if _name(point) in taken]
-    labels = {label: f"{label} of the baseline" for label in clashing}
+    labels: dict[Any, Any] = {label: Said("of_baseline", (label,), "quantities") for label in clashing}
     labels |= {point["label"]: match["label"] for point, match in _paired(old, new, relative)}
 
     def named(points: Sequence[PointData]) -> list[PointData]:

@@ -49,7 +49,7 @@ def changes_table(
     rows = tuple(
         (
             row.group,
-            row.quantity,
+            spoken(row.name, templates),
             *spoken(before_and_after(row.values, row.unit, row.group.exactness), templates),
             ABSENT if row.change is None else percent(row.change, signed=True),
         )

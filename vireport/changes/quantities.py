@@ -23,6 +23,7 @@ from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
 from vireport.text.formatting import OF_A_MODEL, OF_INPUTS, ROUGHLY, Exactness, shown
+from vireport.wording.said import Said, words_of
 
 SAMPLED = 1e-5
 """Relative difference up to which extremes of a curve are the same: they are taken of its samples."""
@@ -36,8 +37,13 @@ INTERVAL = 1.96
 SAME_VOLTAGE = 1e-9
 """Relative difference up to which two motions, such as mirror images, have one voltage."""
 
-NO_SWEEP, NO_DESIGN, NO_MASS = "no sweep", "no design point", "device.ball_mass_kg is not given"
-NO_STABLE, HELD = "no stable 1:1 motion", "the sweep holds d"
+_said = words_of("quantities")
+
+Text = str | Said
+"""A text of a scenario or a file, or a macro of `templates/words/quantities.j2`."""
+
+NO_SWEEP, NO_DESIGN, NO_MASS, HELD = map(_said, ("no_sweep", "no_design_point", "no_ball_mass", "holds_d"))
+NO_STABLE, NO_STABLE_AT_DESIGN = _said("no_motion"), _said("no_motion_at_design")
 
 Along = ScalarInput | Literal["d"]
 """What places are given in."""
@@ -70,8 +76,8 @@ class ComparedQuantity(Struct, frozen=True):
     ----------
     group : QuantityGroup
         How much it matters is its place among the groups.
-    subject : str
-        What it is, in words.
+    subject : str or Said
+        What it is.
     value : float, or of a statement what JSON can have
         None where the scenario does not have the quantity.
     unit : str
@@ -90,18 +96,18 @@ class ComparedQuantity(Struct, frozen=True):
         Size that a relative tolerance is a share of, where that is larger than the value.
     tolerance : float
         Relative difference that is none, whatever is asked for.
-    note : str
+    note : str or Said
         Why there is no value, or a remark.
     finding : bool
         Whether that there is none says something of the device, and not only of what was asked for.
     comparable : bool
         Whether the scenario could have it: False where its sweep is of something else.
-    missing : str
+    missing : str or Said
         What is said of scenarios that do not have it, before their names.
     """
 
     group: QuantityGroup
-    subject: str
+    subject: Text
     value: Any = None
     unit: str = ""
     symbol: str = ""
@@ -111,10 +117,10 @@ class ComparedQuantity(Struct, frozen=True):
     bound: float = 0.0
     scale: float = 0.0
     tolerance: float = 0.0
-    note: str = ""
+    note: Text = ""
     finding: bool = False
     comparable: bool = True
-    missing: str = ""
+    missing: Text = ""
 
     __repr__ = brief
 
@@ -130,29 +136,27 @@ class ComparedQuantity(Struct, frozen=True):
 
     def with_family(self) -> ComparedQuantity:
         """Put the family into the name, for where another family has a quantity that reads the same."""
-        return replace(self, subject=f"{self.subject}, of the {self.family} motion")
+        return replace(self, subject=_said("of_family", self.subject, self.family))
 
     @property
-    def name(self) -> str:
+    def name(self) -> Text:
         """What it is, with the symbol that tells it from the same in another unit."""
-        return f"{self.subject}, {self.symbol}" if self.symbol else self.subject
+        return _said("in_symbol", self.subject, self.symbol) if self.symbol else self.subject
 
 
 STABLE_MOTIONS = ComparedQuantity(
-    QuantityGroup.DESIGN_POINT, "stable 1:1 motions at the design point", unit="1", missing="none for"
+    QuantityGroup.DESIGN_POINT, _said("stable_motions"), unit="1", missing=_said("none_for")
 )
 
-RECOVERY = ComparedQuantity(
-    QuantityGroup.DISTURBANCES, "time until 1 % of a small disturbance is left", unit="forcing periods"
-)
+RECOVERY = ComparedQuantity(QuantityGroup.DISTURBANCES, _said("recovery"), unit="forcing periods")
 
-LEAST_SHOCK = ComparedQuantity(QuantityGroup.DISTURBANCES, "least shock that leads out of the motion", unit="m/s")
+LEAST_SHOCK = ComparedQuantity(QuantityGroup.DISTURBANCES, _said("least_shock"), unit="m/s")
 
 DESIGN_VOLTAGE = ComparedQuantity(
     QuantityGroup.VOLTAGE,
-    "U_ave of the stable motion at the design point",
+    _said("design_voltage"),
     unit="V",
-    missing="no stable motion there for",
+    missing=_said("no_motion_there_for"),
 )
 """Voltage at the design point; of several stable motions it is the least, as in requirements."""
 
@@ -218,29 +222,28 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
         note, finding, comparable = self._absence(of)
         return replace(of, value=None, note=note, finding=finding, comparable=comparable, bound=0.0, scale=0.0)
 
-    def _absence(self, of: ComparedQuantity) -> tuple[str, bool, bool]:
+    def _absence(self, of: ComparedQuantity) -> tuple[Text, bool, bool]:
         """Tell why there is none, whether that is a finding, and whether the scenario could have it."""
         design = self.results["design_point"]
         others = any(quantity.group is of.group and quantity.along == of.along for quantity in self.quantities.values())
         held = self.swept is not None and not self.swept.moves_d and of.along == "d"
         if of.group is QuantityGroup.MEASURED:
-            return "nothing measured there" if of.subject.startswith(MEASURED) else _at_design(NO_STABLE), False, True
+            return NO_STABLE_AT_DESIGN if is_computed(of) else _said("nothing_measured"), False, True
         if of.group is QuantityGroup.MARGIN:
             if design is None or others:
-                return NO_DESIGN if design is None else "does not end the stable range", False, True
+                return NO_DESIGN if design is None else _said("ends_no_range"), False, True
             if held:
                 return HELD, False, False
-            none = "no critical point ends the stable range" if any(are_stable(design)) else _at_design(NO_STABLE)
-            return none, False, True
+            return _said("no_end") if any(are_stable(design)) else NO_STABLE_AT_DESIGN, False, True
         if self.swept is None:
             return NO_SWEEP, False, True
         if of.along not in (self.swept, "d"):
-            return f"sweeps the {self.swept.quantity}", False, False
+            return _said("sweeps", self.swept.quantity), False, False
         if of.group is QuantityGroup.CRITICAL_POINT:
-            return "none in the sweep", True, True
+            return _said("no_point"), True, True
         if held:
             return HELD, False, False
-        return "no further stable range" if others else NO_STABLE, True, True
+        return _said("no_further_range") if others else NO_STABLE, True, True
 
 
 def compared_scenarios(results: Mapping[str, Mapping[str, Any]]) -> dict[str, ComparedScenario]:
@@ -272,10 +275,6 @@ def are_stable(motions: Mapping[str, Any]) -> list[bool]:
     return [bool(admissible) and Stability(word).attracts for word, admissible in rows]
 
 
-def _at_design(what: str) -> str:
-    return f"{what} at the design point"
-
-
 def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
     """Read all that is compared; of two quantities of one identity the later one counts."""
     design = scenario.results["design_point"]
@@ -299,8 +298,7 @@ def _stated(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
     if (design := results["design_point"]) is not None:
         motions = zip(design["family"], design["stability"], are_stable(design), strict=True)
         names = sorted(f"{family} {word}" for family, word, stable in motions if stable)
-        subject = _at_design("stable 1:1 motion")
-        yield ComparedQuantity(QuantityGroup.DESIGN_POINT, subject, ", ".join(names) or "none")
+        yield ComparedQuantity(QuantityGroup.DESIGN_POINT, _said("stable_motion"), ", ".join(names) or "none")
     for alert in results["alerts"]:
         subject = f"{alert['code']} {alert['title']}"
         yield ComparedQuantity(QuantityGroup.ALERT, subject, alert["severity"], code=alert["code"])
@@ -309,9 +307,6 @@ def _stated(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
         yield ComparedQuantity(QuantityGroup.REQUIREMENT, f"requirements.{criterion['key']}", outcome)
 
 
-MEASURED = "measured"
-"""How the names of quantities begin that were measured."""
-
 STANDARD_ERRORS = "standard errors"
 """Unit of a difference from what was measured."""
 
@@ -319,12 +314,17 @@ DIMENSIONLESS_VELOCITY = "velocity"
 """Which differs by as many standard errors as that in m/s."""
 
 MEASURED_QUANTITIES = (
-    ("velocity_m_s", "impact velocity", "m/s"),
-    (DIMENSIONLESS_VELOCITY, "impact velocity over F/(2 M f)", "1"),
-    ("phase_rad", "phase of the impact", "rad"),
-    ("flight_t_c", "flight time after the impact times 2 f", "1"),
+    ("velocity_m_s", "m/s"),
+    (DIMENSIONLESS_VELOCITY, "1"),
+    ("phase_rad", "rad"),
+    ("flight_t_c", "1"),
 )
-"""Names in results.json, in words, and units, of what is held against one another of each impact."""
+"""Names in results.json, which macros have as well, and units, of what is compared of each measured impact."""
+
+
+def is_computed(of: ComparedQuantity) -> bool:
+    """Whether a quantity of an impact is the one that is computed, which takes no record."""
+    return isinstance(of.subject, Said) and of.subject.macro == "computed"
 
 
 def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
@@ -337,23 +337,24 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
         return
     for side, impact in enumerate(records["impacts"]):
         computed = _computed_impact(scenario, side, impact)
-        for name, words, unit in MEASURED_QUANTITIES:
-            of = ComparedQuantity(QuantityGroup.MEASURED, f"{words} at the {impact['membrane']}", unit=unit)
+        for name, unit in MEASURED_QUANTITIES:
+            named = _said(name), impact["membrane"]
+            of = ComparedQuantity(QuantityGroup.MEASURED, _said("measured", *named), unit=unit)
             value, error = float(impact[name]), float(impact[f"{name}_standard_error"])
             if at_design is not None:
                 # Two that differ by less than their intervals of 95 % do not differ.
-                note, bound = f"standard error {shown(error, ROUGHLY)}", INTERVAL * error
-                yield replace(of, subject=f"{MEASURED} {of.subject}", value=value, note=note, bound=bound)
+                note = _said("standard_error", shown(error, ROUGHLY))
+                yield replace(of, value=value, note=note, bound=INTERVAL * error)
             if computed is None:
                 continue
-            yield replace(of, subject=f"computed {of.subject}", value=computed[name])
+            yield replace(of, subject=_said("computed", *named), value=computed[name])
             off = value - computed[name]
             if name == "phase_rad":
                 off = (off + pi) % (2 * pi) - pi
             if error > 0 and name != DIMENSIONLESS_VELOCITY:
-                note = "" if at_design is not None else "of another scenario's record"
-                subject = f"{MEASURED} less computed {of.subject}"
-                yield replace(of, subject=subject, value=off / error, unit=STANDARD_ERRORS, note=note)
+                difference = replace(of, subject=_said("measured_less_computed", *named), unit=STANDARD_ERRORS)
+                remark = "" if at_design is not None else _said("of_another_record")
+                yield replace(difference, value=off / error, note=remark)
 
 
 def _computed_impact(scenario: ComparedScenario, side: int, impact: Mapping[str, Any]) -> dict[str, float] | None:
@@ -403,17 +404,17 @@ def _disturbances(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
     if start.get("outcome") is not None:
         words = str(start["outcome"]).replace("_1_1", " 1:1 motion").replace("_", " ")
         word = f" ({start['word']} every {start['periods']} periods)" if start["outcome"] == "other_motion" else ""
-        yield ComparedQuantity(QuantityGroup.DISTURBANCES, "from rest", words + word)
+        yield ComparedQuantity(QuantityGroup.DISTURBANCES, _said("from_rest"), words + word)
     if disturbances.get("recovery_periods") is not None:
         bound = float(disturbances.get("recovery_error_bound_periods") or 0.0)
         yield replace(RECOVERY, value=float(disturbances["recovery_periods"]), bound=bound)
     elif disturbances:
         at_event = disturbances.get("recovery_reason") == NoRecovery.AT_EVENT
-        yield replace(RECOVERY, note=str(NoRecovery.AT_EVENT) if at_event else _at_design(NO_STABLE))
+        yield replace(RECOVERY, note=str(NoRecovery.AT_EVENT) if at_event else NO_STABLE_AT_DESIGN)
     if shock.get("least_jump_m_s") is not None:
         yield replace(LEAST_SHOCK, value=float(shock["least_jump_m_s"]))
     elif shock.get("searched_to_m_s") is not None:
-        yield replace(LEAST_SHOCK, note=f"none found up to {shown(shock['searched_to_m_s'])} m/s")
+        yield replace(LEAST_SHOCK, note=_said("no_shock_up_to", shown(shock["searched_to_m_s"])))
 
 
 def bound_in_d(d: float, value: float, bound: float) -> float:
@@ -422,19 +423,17 @@ def bound_in_d(d: float, value: float, bound: float) -> float:
     return 2 * bound * abs(d / value) if value else 0.0
 
 
-def _place(group: QuantityGroup, subject: str, axis: Along, missing: str) -> ComparedQuantity:
+def _place(group: QuantityGroup, subject: Said, axis: Along, missing: str) -> ComparedQuantity:
     unit, symbol = ("1", "d") if axis == "d" else (axis.unit, axis.symbol)
-    return ComparedQuantity(group, subject, unit=unit, symbol=symbol, along=axis, missing=missing)
+    return ComparedQuantity(group, subject, unit=unit, symbol=symbol, along=axis, missing=_said(missing))
 
 
 def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[ComparedQuantity]:
     held = "" if swept.moves_d else HELD
     for point in scenario.results["critical_points"]:
         kind, value, d = Event(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
-        bound, subject = float(point["error_bound"]), f"{point['label']}, {kind} of the {point['family']} motion"
-        in_swept, in_d = (
-            _place(QuantityGroup.CRITICAL_POINT, subject, axis, "none in the sweep for") for axis in (swept, "d")
-        )
+        bound, subject = float(point["error_bound"]), _said("critical_point", point["label"], kind, point["family"])
+        in_swept, in_d = (_place(QuantityGroup.CRITICAL_POINT, subject, axis, "no_point_for") for axis in (swept, "d"))
         yield replace(in_swept, value=value, bound=bound)
         yield replace(in_d, value=d, bound=bound_in_d(d, value, bound), note=held)
 
@@ -451,10 +450,11 @@ def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[Com
         places.append(("d", ends_in_d))
     for axis, ends_along in places:
         for number, ends in enumerate(sorted(map(sorted, ends_along)), 1):
-            which = f"stable range {number}" if scenario.numbered else "stable range"
-            missing = f"no {'such ' * scenario.numbered}stable range for"
+            numbered, which = ("numbered_", (number,)) if scenario.numbered else ("", ())
+            missing = "no_such_range_for" if scenario.numbered else "no_range_for"
             for word, (value, note, bound) in zip(("from", "to"), ends, strict=True):
-                place = _place(QuantityGroup.STABLE_RANGE, f"{which} {word}", axis, missing)
+                subject = _said(f"{numbered}range_{word}", *which)
+                place = _place(QuantityGroup.STABLE_RANGE, subject, axis, missing)
                 yield replace(place, value=value, note=note, bound=bound)
 
 
@@ -480,7 +480,7 @@ def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -
             side, symbol = "below" if share < 0 else "above", "d" if axis == "d" else axis.symbol
             yield ComparedQuantity(
                 QuantityGroup.MARGIN,
-                f"margin from the design point to the {kind} {side}, in {symbol}",
+                _said(f"margin_{side}", kind, symbol),
                 100 * share,
                 "%",
                 along=axis,
@@ -500,17 +500,17 @@ def _voltages(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
     for word, choose in (("highest", max), ("lowest", min)):
         extreme = ComparedQuantity(
             QuantityGroup.VOLTAGE,
-            f"{word} U_ave over the stable range",
+            _said(f"{word}_voltage"),
             unit="V",
             tolerance=SAMPLED,
-            missing="no stable motion for",
+            missing=_said("no_motion_for"),
         )
         if scenario.swept is None or not evaluated:
             yield replace(extreme, note=NO_SWEEP if scenario.swept is None else NO_MASS)
         elif volts:
             yield replace(extreme, value=choose(volts))
         else:
-            yield replace(extreme, note=f"{NO_STABLE} in the sweep", finding=True)
+            yield replace(extreme, note=_said("no_motion_in_sweep"), finding=True)
 
 
 def _design_voltage(design: Mapping[str, Any] | None, evaluated: bool) -> ComparedQuantity:
@@ -519,10 +519,10 @@ def _design_voltage(design: Mapping[str, Any] | None, evaluated: bool) -> Compar
     motions = zip(design["u_ave_v"], design["error_bounds"]["u_ave_v"], are_stable(design), strict=True)
     volts = [(float(u), float(bound or 0.0)) for u, bound, stable in motions if stable]
     if not volts:
-        return replace(DESIGN_VOLTAGE, note=_at_design(NO_STABLE), finding=True)
+        return replace(DESIGN_VOLTAGE, note=NO_STABLE_AT_DESIGN, finding=True)
     (lowest, bound), (highest, _) = min(volts), max(volts)
     several = highest - lowest > SAME_VOLTAGE * highest
-    return replace(DESIGN_VOLTAGE, value=lowest, note=f"the least of {len(volts)}" if several else "", bound=bound)
+    return replace(DESIGN_VOLTAGE, value=lowest, note=_said("least_of", len(volts)) if several else "", bound=bound)
 
 
 def _stable_voltages(branches: Iterable[Mapping[str, Any]]) -> Iterator[float]:

@@ -1,6 +1,6 @@
 """What is said of compared quantities: sentences as data, which `templates/words/changes.j2` words.
 
-Names of quantities and notes on their values are with the quantities: they are data of compare.json.
+Names of quantities and notes on their values are with the quantities.
 """
 
 from __future__ import annotations
@@ -107,7 +107,10 @@ def side_by_side(
             text = _said("groups", [number_for(number, names) for names in alike])
         else:
             parts = [number_for(number, [name]) for name, number in numbers.items()]
-            text = _enumeration(parts, any("," in f"{name}{with_value[name].note}" for name in [*with_value][:-1]))
+            # No note of ours has a comma.
+            noted = ((name, with_value[name].note) for name in [*with_value][:-1])
+            have_commas = any("," in text for texts in noted for text in texts if isinstance(text, str))
+            text = _enumeration(parts, have_commas)
         text = _said("equals", *symbol, text) if symbol else text
     if change and of.unit != STANDARD_ERRORS:
         text = _said("apart", text, percent(change))
@@ -128,7 +131,11 @@ def before_and_after(
 
 
 def since_baseline(
-    what: str, values: Sequence[float | str | None], unit: str, change: float | None, error: Exactness = OF_A_MODEL
+    what: str | Said,
+    values: Sequence[float | str | None],
+    unit: str,
+    change: float | None,
+    error: Exactness = OF_A_MODEL,
 ) -> Said:
     """Say what is new, gone, or not as it was, numbers as exact as `error` says."""
     before, after = before_and_after(values, unit, error)

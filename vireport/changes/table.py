@@ -19,7 +19,7 @@ from vireport.changes.sentences import side_by_side
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.text.foreign import visible
 from vireport.text.formatting import OF_A_MODEL, Exactness, shown
-from vireport.wording.said import Said
+from vireport.wording.said import Said, spoken
 
 NO_DIFFERENCE = 1e-9
 """Relative difference up to which two numbers are the same: polished ones agree to far more, and no device is made
@@ -38,8 +38,8 @@ class ComparisonRow(Struct, frozen=True):
 
     Attributes
     ----------
-    quantity : str
-        What is compared, in words.
+    name : str or Said
+        What is compared.
     group : QuantityGroup
     unit : str
         Of the values; "1" where they have none, "" for a statement.
@@ -56,7 +56,7 @@ class ComparisonRow(Struct, frozen=True):
         What differs, with the numbers; None for a statement of a comparison.
     """
 
-    quantity: str
+    name: str | Said
     group: QuantityGroup
     unit: str
     cells: tuple[ComparedQuantity, ...]
@@ -69,9 +69,19 @@ class ComparisonRow(Struct, frozen=True):
         return f"<ComparisonRow {visible(self.heading)}: {visible(values, LONGEST_VALUES)}>"
 
     @property
+    def quantity(self) -> str:
+        """What is compared, in the package's own words."""
+        return str(spoken(self.name))
+
+    @property
     def heading(self) -> str:
         """The quantity with its unit in brackets, where it has one."""
-        return self.quantity + (f" [{self.unit}]" if self.unit not in ("1", "") else "")
+        return self.headed()
+
+    def headed(self, templates: Path | None = None) -> str:
+        """The quantity with its unit, if any, in the words of a user's folder of templates before the package's own."""
+        name = str(spoken(self.name, templates))
+        return name if self.unit in ("1", "") else f"{name} [{self.unit}]"
 
     @property
     def is_statement(self) -> bool:
@@ -95,8 +105,8 @@ class ComparisonRow(Struct, frozen=True):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Why a value is None, or what there is to say about it; "" else."""
-        return tuple(cell.note for cell in self.cells)
+        """Why a value is None, or what there is to say about it, in the package's own words; "" else."""
+        return tuple(spoken(cell.note) for cell in self.cells)
 
     @property
     def sentence(self) -> str:
@@ -188,7 +198,7 @@ def comparison_rows(
             )
         else:
             continue
-        rows.append((_rank(row, of.subject, order.index(of.along)), row))
+        rows.append((_rank(row, spoken(of.subject), order.index(of.along)), row))
     return tuple(row for _, row in sorted(rows, key=itemgetter(0)))
 
 

@@ -112,7 +112,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
             rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
             lines = tuple(
                 (
-                    _plain(capital(row.heading)),
+                    _plain(capital(row.headed(self.templates))),
                     *_numbers(row, part, comparison.exactness, self.templates),
                     spoken(_difference(row), self.templates),
                 )
@@ -208,7 +208,7 @@ def _difference(row: ComparisonRow) -> str | Said:
 
 def _dashes(names: Sequence[str], part: slice, rows: Sequence[ComparisonRow]) -> Said | None:
     """Why there are dashes; None where there is none."""
-    reasons: dict[str, dict[str, None]] = {}
+    reasons: dict[str | Said, dict[str, None]] = {}
     for row in rows:
         for name, cell in zip(names, row.cells[part], strict=True):
             if cell.value is None and not cell.finding:
