@@ -7,12 +7,13 @@ from types import SimpleNamespace
 import pytest
 from branches import branches_taken
 from conftest import solved
+from msgspec.structs import replace
 
 from vireport.design.from_rest import Destination, FromRest
 from vireport.design.switched_on import SwitchedOn
 from vireport.findings.outcomes.outcomes import Outcomes, Ramp
 from vireport.findings.outcomes.windows import Edge, Window
-from vireport.gate.evidence import Evidence
+from vireport.gate.evidence import Evidence, Question
 from vireport.gate.opening import opening_of
 from vireport.gate.verdict import Status, verdict_of
 from vireport.scenario.parameters import Parameter
@@ -105,6 +106,14 @@ def test_what_is_reached_within_narrow_limits_only_is_a_caution() -> None:
         assert verdict.from_rest.status is status
         words = [conclusion.word for conclusion in verdict.conclusions]
         assert ("Stable, reached from rest within narrow limits only" in words) is (status is Status.CAUTION)
+
+
+def test_a_required_motion_is_held_to_be_reached_also_within_narrow_limits() -> None:
+    required = SimpleNamespace(key="word", question=Question.MOTION, names_motions=True, passed=True)
+    evidence = switched_on(Destination.OTHER_MOTION, share=0.0, window=LENGTH_WINDOW)
+    words = [conclusion.word for conclusion in verdict_of(replace(evidence, criteria=(required,))).conclusions]
+    assert "Stable, reached from rest within narrow limits only" in words
+    assert "Stable, but not reached from rest" not in words
 
 
 SAID: list[tuple[str, tuple[object, ...], str]] = [
