@@ -9,6 +9,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 from markdown_it import MarkdownIt
@@ -23,7 +24,8 @@ from vireport import (
 )
 from vireport.base.errors import EXTRAS
 from vireport.cli.app import program
-from vireport.scenario.json_schema import schema
+from vireport.optimise.problem import problem_of
+from vireport.scenario.json_schema import init_text, schema
 from vireport.scenario.loading import loads_map
 from vireport.study.provenance import provenance_of
 from vireport.text.alerts import AlertCode
@@ -135,6 +137,19 @@ def test_scenarios_are_valid() -> None:
                 assert loads_map(block).block.axes
             else:
                 assert loads(block if "schema_version:" in block else scenario + block)
+
+
+def test_the_lines_for_the_shortest_device_complete_a_new_scenario() -> None:
+    lines = re.findall(r"^    (?:requirements|design): .*$", text_of(README), re.MULTILINE)
+    problem = problem_of(loads(f"{init_text()}\n{dedent(chr(10).join(lines))}\n"))
+    required = problem.loaded.scenario.requirements
+    assert (required.margin_any_percent, required.margin_with_effects_percent, required.reached_from_rest) == (
+        5,
+        5,
+        True,
+    )
+    assert problem.objective.path == "device.length_m"
+    assert problem.sign < 0
 
 
 @every_page
