@@ -119,7 +119,9 @@ def test_the_first_page_has_the_answer_in_few_words_and_numbers(name: str, page,
     opening = study_of(name).opening.worded()
     text = page(name).text
     first = text[text.index(opening.sentence) : text.index("How far each input can go")]
-    sheet = squeeze(reader(name)[0].pages[0].extract_text())
+    sheet, second, *_ = (squeeze(page.extract_text()) for page in reader(name)[0].pages)
+    assert squeeze("How far each input can go") not in sheet
+    assert squeeze("How far each input can go") in second
     for says in (*opening.text[:1], *(told for _, told in opening.facts)):
         assert tidy(says) in tidy(first)
         assert squeeze(says) in sheet
