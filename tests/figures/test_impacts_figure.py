@@ -18,7 +18,7 @@ from vireport.measurement.misfit import Misfit
 from vireport.measurement.records import Record
 from vireport.measurement.screening import Screened
 
-COUNT, ORIGIN, ERROR = 40, 0.25, 1e-4
+COUNT, ORIGIN, ERROR = 40, 0.2, 1e-4
 KEPT = np.delete(np.arange(COUNT), 7)
 PANELS = ("top", -1.0), ("bottom", 1.0)
 """Of the figure, as the membranes stand."""
@@ -67,7 +67,8 @@ def test_where_nothing_fits_impacts_stand_at_their_phases(monkeypatch) -> None:
         times = RECORD.times[RECORD.walls == wall]
         np.testing.assert_allclose(points, np.column_stack([times, (times - ORIGIN) * 2.0 % 1]))
     monkeypatch.setattr(impacts, "MOST_SHOWN", 10)
-    assert [len(points) for points in drawn(figure_phases(answer(), RECORD))] == [4, 7]
+    few = [points[:, 0].tolist() for points in drawn(figure_phases(answer(), RECORD))]
+    assert few == [RECORD.times[RECORD.walls == wall][::4].tolist() for _, wall in PANELS]
 
 
 @pytest.mark.slow
