@@ -36,7 +36,7 @@ from vireport.motions.paths import Curve, Trail, completed, follow
 from vireport.motions.periodicity import Model
 from vireport.motions.points import Point, polished
 from vireport.motions.sweep import Sweep
-from vireport.motions.switching import Beginning, Limits, Opening, openings, touching
+from vireport.motions.switching import Beginning, Limits, VertexOpening, openings, touching
 from vireport.motions.turning import turns
 from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
@@ -184,14 +184,14 @@ class _Queued(NamedTuple):
         In the order of the search; no two entries have the same.
     families : iterator of Beginning
         Families of the word that may begin at a vertex.
-    others : iterator of Opening
+    others : iterator of VertexOpening
         Further words that may begin at the vertex.
     """
 
     impacts: int
     serial: int
     families: Iterator[Beginning]
-    others: Iterator[Opening]
+    others: Iterator[VertexOpening]
 
 
 class _Search(Struct):
@@ -299,7 +299,7 @@ class _Search(Struct):
             for beginning in queued.families:
                 self._follow(beginning)
 
-    def _open(self, openings: Iterator[Opening]) -> None:
+    def _open(self, openings: Iterator[VertexOpening]) -> None:
         """Put the next word that may begin at a vertex into the queue, with the words after it."""
         # One word of each vertex is enough: they come with ascending impacts, so that the shortest of all is always in
         # the queue.

@@ -91,7 +91,7 @@ class Beginning(NamedTuple):
     first: PathPoint
 
 
-class Opening(NamedTuple):
+class VertexOpening(NamedTuple):
     """The families of one word that may begin at a vertex, with the impacts of the word."""
 
     impacts: int
@@ -103,7 +103,7 @@ def neighbours(curve: Curve, motion: Motion, event: Event, limits: Limits) -> It
     return chain.from_iterable(opening.families for opening in openings(curve, motion, event, limits))
 
 
-def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[Opening]:
+def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iterator[VertexOpening]:
     """Candidates for families that begin at a vertex, word by word, the fewest impacts first.
 
     Parameters
@@ -119,16 +119,16 @@ def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iter
 
     Yields
     ------
-    Opening
+    VertexOpening
         Nothing is solved for before the first of its families is drawn: at a grazing point the number of words doubles
         with each period, 8,800 for one impact and one touch in up to sixteen periods.
     """
     if event in (Event.GRAZING, Event.ZERO_VELOCITY):
         yield from _at_grazing(curve, motion, limits)
     elif event is Event.PERIOD_DOUBLING:
-        yield Opening(2 * len(motion.word), _doubled(curve, motion))
+        yield VertexOpening(2 * len(motion.word), _doubled(curve, motion))
     elif event is Event.PITCHFORK:
-        yield Opening(len(motion.word), _at_pitchfork(curve, motion))
+        yield VertexOpening(len(motion.word), _at_pitchfork(curve, motion))
 
 
 def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
@@ -152,7 +152,7 @@ def _at_pitchfork(curve: Curve, motion: Motion) -> Iterator[Beginning]:
     yield from (Beginning(None, curve, *pair) for pair in off(curve, x, _across(curve, x, mirror=True, kept=True)))
 
 
-def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Opening]:
+def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[VertexOpening]:
     """Candidates at a grazing point: in one or several periods, each touch may be an impact or not."""
     rests, size = motion.rests, len(motion.word)
     removals = list(chain.from_iterable(combinations(rests, count) for count in range(len(rests) + 1)))
@@ -163,7 +163,7 @@ def _at_grazing(curve: Curve, motion: Motion, limits: Limits) -> Iterator[Openin
         choices.append((len(choice) * size - len(removed), len(choice), removed))
     for impacts, count, removed in sorted(choices):
         if impacts <= limits.impacts:
-            yield Opening(impacts, _touched(curve, motion, count, removed))
+            yield VertexOpening(impacts, _touched(curve, motion, count, removed))
 
 
 def _unrepeated(letters: int, longest: int) -> Iterator[tuple[int, ...]]:
