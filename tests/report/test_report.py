@@ -115,14 +115,13 @@ def test_the_points_are_said_to_be_as_exact_as_the_least_exact_of_them() -> None
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_first_page_has_the_answer_in_few_words_and_numbers(name: str, page, study_of, reader, model) -> None:
+def test_the_first_page_has_the_answer_in_few_words_and_numbers(name: str, page, study_of, reader) -> None:
     opening = study_of(name).opening.worded()
     text = page(name).text
     first = text[text.index(opening.sentence) : text.index("How far each input can go")]
     sheet, second, *_ = (squeeze(page.extract_text()) for page in reader(name)[0].pages)
     assert squeeze("How far each input can go") not in sheet
     assert squeeze("How far each input can go") in second
-    assert squeeze(model(name).proof.caption) in sheet
     for says in (*opening.text[:1], *(told for _, told in opening.facts)):
         assert tidy(says) in tidy(first)
         assert squeeze(says) in sheet
