@@ -26,8 +26,8 @@ from record import processor_time, record
 from scipy.optimize import brentq, root
 
 from vireport import load, loads
-from vireport.atlas.families import atlas
-from vireport.atlas.surface import candidates_above
+from vireport.motions.atlas.families import atlas
+from vireport.motions.atlas.surface import candidates_above
 from vireport.motions.events import TRACE_LEVELS
 from vireport.motions.families import Atlas, Family
 from vireport.motions.paths import Curve, Trail, completed, follow

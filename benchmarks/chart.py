@@ -22,10 +22,10 @@ from record import processor_time, record
 from scipy.optimize import root
 
 from vireport import load
-from vireport.chart.chart import Chart, chart
-from vireport.chart.network import FollowedLocus
-from vireport.chart.over import plane_of
-from vireport.chart.plane import Plane
+from vireport.map.chart.chart import Chart, chart
+from vireport.map.chart.network import FollowedLocus
+from vireport.map.chart.over import plane_of
+from vireport.map.chart.plane import Plane
 from vireport.motions.switching import Limits
 from vireport.physics.groups import Groups, by_wall
 from vireport.physics.numbers import FLOATS

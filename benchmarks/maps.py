@@ -21,9 +21,9 @@ from statistics import median
 
 from record import record
 
-from vireport.maps.cells import map_plan
-from vireport.maps.evaluation import evaluate
-from vireport.maps.run import cores, run_map
+from vireport.map.cells.cells import map_plan
+from vireport.map.cells.evaluation import evaluate
+from vireport.map.cells.run import cores, run_map
 from vireport.scenario.loading import loads_map
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "maps" / "map.yaml"

@@ -41,7 +41,7 @@ docs/results
 docs/compare
 docs/ci
 docs/chart
-docs/maps
+docs/map
 docs/optimise
 docs/explore
 docs/identify

@@ -1,4 +1,4 @@
-"""The return map between compliant membranes by SciPy's DOP853: the reference of `vireport.compliant`.
+"""The return map between compliant membranes by SciPy's DOP853: the reference of `vireport.design.compliant`.
 
 It shares the model, the units of a contact and the search for the end of a flight, and neither integrator nor Jacobian.
 """
@@ -13,7 +13,7 @@ from msgspec import Struct
 from scipy.integrate import DOP853, solve_ivp
 
 from vireport.base.errors import NumericalError
-from vireport.compliant.model import CompliantModel, contact_units, free_flight
+from vireport.design.compliant.model import CompliantModel, contact_units, free_flight
 from vireport.physics.forcing import wave
 from vireport.simulation.events import BOTTOM, TOP
 

@@ -9,8 +9,8 @@ import pytest
 from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
 
-from vireport.wording import templates as wording
-from vireport.wording.templates import environment_of
+from vireport.text import templates as wording
+from vireport.text.templates import environment_of
 
 
 class Branches(CodeGenerator):

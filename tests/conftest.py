@@ -36,7 +36,7 @@ LONGEST_QUICK = 0.3
 """Processor time above which a test is not a quick one [s]: twice what CONTRIBUTING asks, as machines differ."""
 
 OF_ADDITIONS = {
-    "atlas/test_given_words.py": {"map"},
+    "motions/atlas/test_given_words.py": {"map"},
     "cli": {"certificates", "checks", "compare", "explore", "map", "membranes", "optimise", "outcomes", "verify"},
     "comparison/test_compare.py": {"outcomes"},
     "figures/test_figures_for_papers.py": {"compare", "map", "optimise"},
@@ -44,7 +44,7 @@ OF_ADDITIONS = {
     "bench/test_changes.py": {"outcomes"},
     "bench/test_server.py": {"driven"},
     "bench/test_session.py": {"driven"},
-    "gate/test_alerts.py": {"driven"},
+    "study/judging/test_alerts.py": {"driven"},
     "maps/test_map_evaluation.py": {"outcomes"},
     "measurement/test_signals.py": {"tolerances"},
     "report/test_in_a_browser.py": {"compare", "map", "optimise"},
@@ -58,7 +58,7 @@ OF_ADDITIONS = {
     "study/test_runs_with_harmonics.py": {"certificates", "checks", "map", "membranes", "tolerances"},
     "test_shown.py": {"compare", "map", "optimise", "outcomes", "proofs", "tolerances"},
     "test_shown_digits.py": {"tolerances"},
-    "wording/test_words.py": {"compare", "map"},
+    "text/test_words.py": {"compare", "map"},
 }
 """Tests of several rooms at once, with the additions that they need."""
 
@@ -138,7 +138,7 @@ KNOWN = (
     ("vireport.study.study", "shifts"),
     ("vireport.design.switched_on", "switched_on_at_once"),
     ("vireport.findings.outcomes.outcomes", "switched_on_by"),
-    ("vireport.compliant.own_stiffness", "own_stiffness"),
+    ("vireport.design.compliant.own_stiffness", "own_stiffness"),
     ("vireport.findings.outcomes.withstood", "withstood_by"),
     ("vireport.findings.tolerances.tolerances", "assess_tolerances"),
 )
@@ -258,7 +258,7 @@ def short_front() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def forty_digits() -> Iterator[None]:
     """The 40 digits of the reference, also for what a test works out itself."""
-    from vireport.checks import reference
+    from vireport.study.checks import reference
 
     with reference.precise():
         yield

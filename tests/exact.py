@@ -1,4 +1,4 @@
-"""What the tests compare motions with, in 40 digits by the printed equations (`vireport.checks.reference`).
+"""What the tests compare motions with, in 40 digits by the printed equations (`vireport.study.checks.reference`).
 
 A motion of a sweep is a list of four unknowns here: velocity before the bottom impact, phase there, q - 1/2, and the
 value of the swept parameter. The functions are to be called within `reference.precise()`.
@@ -11,7 +11,6 @@ from typing import Any
 
 from mpmath import mp, mpf
 
-from vireport.checks import reference
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Orbits
 from vireport.motions.stability import flight_jacobians
@@ -20,6 +19,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.groups import map_restitution
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
+from vireport.study.checks import reference
 
 STEP = mpf(10) ** -25
 """Step of the differences that give the direction across a curve of motions."""

@@ -80,7 +80,7 @@ def test_additions_are_reached_by_name_in_four_places_at_most() -> None:
     home = ROOT / "vireport" / "base" / "additions.py"
     files = [file for file in files_in("vireport") if file != home]
     places = [str(file.relative_to(ROOT)) for file in files for _ in by_name.findall(text_of(file))]
-    assert "vireport/gate/findings.py" in places
+    assert "vireport/study/judging/findings.py" in places
     assert len(places) <= 4, places
 
 
@@ -112,8 +112,8 @@ DRAWING = {"matplotlib", "typst", "scipy", "numba", "mpmath", "flint", "rich"}
 HEAVY = DRAWING | {"jinja2"}
 DEFERRED = {
     "vireport.findings.outcomes.windows",
-    "vireport.gate.requirements",
-    "vireport.gate.verdict",
+    "vireport.study.judging.requirements",
+    "vireport.study.judging.verdict",
     "vireport.scenario.hints",
     "vireport.scenario.json_schema",
     "vireport.scenario.messages",
@@ -128,7 +128,7 @@ DEFERRED = {
 def test_json_imports_nothing_heavy(example) -> None:
     loaded = imported_by("run", str(example("inclined")), "--json")
     assert "numpy" in loaded
-    assert not loaded & (HEAVY | {"vireport.atlas"} | DEFERRED)
+    assert not loaded & (HEAVY | {"vireport.motions.atlas"} | DEFERRED)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_help_imports_no_physics(arguments: list[str]) -> None:
 @pytest.mark.parametrize("arguments", [["explain"], ["map", "--help"], ["sweep", "--help"]])
 def test_of_the_commands_of_additions_only_the_one_asked_for_is_imported(arguments: list[str]) -> None:
     own = {f"vireport.{ADDITIONS[name].packages[0]}.command" for name in adding("command")}
-    assert imported_by(*arguments) & own == ({"vireport.maps.command"} if "--help" in arguments else set())
+    assert imported_by(*arguments) & own == ({"vireport.map.command"} if "--help" in arguments else set())
 
 
 @pytest.mark.slow

@@ -53,9 +53,6 @@ from shown_tables import (
     types_faults,
 )
 
-from vireport.chart.outputs import markdown as chart_markdown
-from vireport.chart.outputs import text as chart_text
-from vireport.chart.over import plane_of
 from vireport.comparison.comparison import Comparison, compare
 from vireport.comparison.outputs import comparison_provenance, terminal_summary
 from vireport.comparison.pages import ComparisonReport
@@ -63,7 +60,9 @@ from vireport.figures.captions import alt_text, pictured, shown_along
 from vireport.figures.curves import simulated_points
 from vireport.figures.pictures import pictures
 from vireport.figures.style import Picture
-from vireport.gate.opening import opening_of
+from vireport.map.chart.outputs import markdown as chart_markdown
+from vireport.map.chart.outputs import text as chart_text
+from vireport.map.chart.over import plane_of
 from vireport.motions.events import Event
 from vireport.motions.switching import Limits
 from vireport.optimise import outputs
@@ -74,6 +73,7 @@ from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.report.templates import fill
 from vireport.scenario.loading import load
+from vireport.study.judging.opening import opening_of
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse, results_json

@@ -28,7 +28,7 @@ MADE = ROOT / "docs" / "made"
 SITE = ROOT / "build" / "site"
 PACKAGES = (
     *("scenario", "study", "motions", "design", "physics"),
-    *("disturbances", "shocks", "comparison", "chart", "optimise"),
+    *("findings.outcomes", "comparison", "map.chart", "optimise"),
 )
 """Those whose records a user of `vireport.analyse` and its neighbours comes to hold."""
 
@@ -103,7 +103,7 @@ def pages_of_names() -> Iterator[tuple[str, str]]:
     toc = "\n".join(f"python-{package}" for package in PACKAGES)
     yield "python.md", f"# Python\n\n{_documented('vireport')}\n```{{toctree}}\n:maxdepth: 1\n{toc}\n```\n"
     for package in PACKAGES:
-        modules = sorted(file.stem for file in (ROOT / "vireport" / package).glob("[a-z]*.py"))
+        modules = sorted(file.stem for file in (ROOT / "vireport" / package.replace(".", "/")).glob("[a-z]*.py"))
         parts = [_module_of(f"vireport.{package}.{module}") for module in modules]
         yield f"python-{package}.md", "\n".join([f"# vireport.{package}\n", *parts])
 

@@ -36,21 +36,21 @@ ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "benchmarks" / "results" / "faults.json"
 READ_BACK = ("tests/test_shown.py",)
 TESTS = {
-    "templates/sections/paper": ("tests/checks/test_paper.py", "tests/report"),
-    "templates/sections/motions": ("tests/atlas/test_results.py", "tests/wording"),
-    "templates/sections": ("tests/report", "tests/wording"),
-    "templates/words/figures": ("tests/wording", "tests/figures"),
-    "templates/words/identify": ("tests/cli/test_identify_opening.py", "tests/wording"),
-    "templates/words": ("tests/wording", "tests/gate", "tests/report"),
+    "templates/sections/paper": ("tests/study/checks/test_paper.py", "tests/report"),
+    "templates/sections/motions": ("tests/motions/atlas/test_results.py", "tests/text"),
+    "templates/sections": ("tests/report", "tests/text"),
+    "templates/words/figures": ("tests/text", "tests/figures"),
+    "templates/words/identify": ("tests/cli/test_identify_opening.py", "tests/text"),
+    "templates/words": ("tests/text", "tests/study/judging", "tests/report"),
     "vireport/cli/identify": ("tests/cli/test_identify_opening.py",),
     "vireport/verify/outputs": ("tests/verify/test_outputs.py",),
     "vireport/findings/outcomes": ("tests/findings/outcomes/test_withstood.py",),
     "vireport/physics/cubics": ("tests/simulation/test_recorded_force.py",),
     "vireport/physics/groups": ("tests/motions/test_two_restitutions.py", "tests/physics/test_friction_group.py"),
     "vireport/motions/plane": ("tests/motions/test_motion_plane.py", "tests/motions/test_friction.py"),
-    "vireport/changes": ("tests/changes", "tests/comparison"),
+    "vireport/changes": ("tests/report/changes", "tests/comparison"),
     "vireport/optimise": ("tests/optimise/test_best_design.py",),
-    "vireport/text": ("tests/text", "tests/gate"),
+    "vireport/text": ("tests/text", "tests/study/judging"),
 }
 """Quick tests beside those that read back, by the beginning of a file's path; else those of its package."""
 

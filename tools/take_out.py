@@ -23,8 +23,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from vireport.base.additions import ADDITIONS, complete
-from vireport.gate.findings import findings
 from vireport.scenario.blocks import Scenario, keys_of_additions
+from vireport.study.judging.findings import findings
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = "examples/inclined.yaml"
@@ -48,10 +48,11 @@ def going_with(name: str) -> list[str]:
 def remove(folder: Path, name: str) -> None:
     """Take an addition out of a copy of the project."""
     packages = ADDITIONS[name].packages
+    folders = [folder.name for package in packages for folder in (ROOT / "vireport" / package).glob("[a-z]*/")]
     for place in (package.replace(".", "/") for package in packages):
         shutil.rmtree(folder / "vireport" / place)
         shutil.rmtree(folder / "tests" / place, ignore_errors=True)
-    for word in {name, *packages}:
+    for word in {name, *packages, *folders}:
         for file in (f"docs/{word}.md", f"templates/{word}.typ.j2", f"templates/words/{word}.j2"):
             (folder / file).unlink(missing_ok=True)
         shutil.rmtree(folder / "templates" / word, ignore_errors=True)

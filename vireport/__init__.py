@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from vireport.base.errors import NumericalError, ScenarioError, UsageError, VireportError
     from vireport.base.version import __version__
     from vireport.bench.notebook import explore
-    from vireport.changes.baseline import diff
     from vireport.comparison.comparison import Comparison, compare
     from vireport.comparison.figures import compare_figure
     from vireport.figures.pictures import pictures
     from vireport.figures.sweeps import figure_2, figure_4, figure_7
     from vireport.findings.proofs.results import recheck_disturbances
     from vireport.findings.tolerances.results import recheck
+    from vireport.report.changes.baseline import diff
     from vireport.scenario.loading import load, loads
     from vireport.study.study import Study, analyse, results
 
@@ -40,7 +40,7 @@ _PLACES = {
     "vireport.figures.pictures": ("pictures",),
     "vireport.comparison.comparison": ("Comparison", "compare"),
     "vireport.comparison.figures": ("compare_figure",),
-    "vireport.changes.baseline": ("diff",),
+    "vireport.report.changes.baseline": ("diff",),
 }
 """Where each public name is imported from when it is first asked for, so that `import vireport` costs nothing."""
 

@@ -73,7 +73,7 @@ def test_a_block_of_which_every_key_is_taken_away_goes() -> None:
         assert first(bare, {path: 2.0})["values"][path] == 2.0
         assert first(bare, {path: None})["values"][path] is None
     given = opened(EXAMPLES / "ci" / "failing.yaml")
-    required = [path for path in given.given if path.startswith("requirements.")]
+    required = [path for path in given.stated_keys if path.startswith("requirements.")]
     one = loaded_of(given, {"requirements.margin_grazing_percent": None}).scenario
     assert one.requirements is not None
     assert loaded_of(given, dict.fromkeys(required)).scenario.requirements is None

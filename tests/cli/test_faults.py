@@ -273,7 +273,7 @@ def test_the_exit_code_names_the_signal_wherever_it_comes(name: str, code: int, 
 
 @pytest.mark.slow
 def test_an_interrupted_map_says_how_it_goes_on(tmp_path: Path) -> None:
-    code = "import vireport.maps.run as s\ns.run_map = interrupt"
+    code = "import vireport.map.cells.run as s\ns.run_map = interrupt"
     run = interrupted(code, "map", "map.yaml", cwd=tmp_path)
     assert run.returncode == 130
     assert b"run the same command again" in run.stderr

@@ -9,18 +9,18 @@ import pytest
 
 from vireport.base.additions import adding
 from vireport.base.errors import UsageError
+from vireport.cli import outputs
 from vireport.cli.app import main
 from vireport.cli.commands import CHECK
-from vireport.command import outputs
-from vireport.command.declared import declared_command, formats_of
-from vireport.command.formats import RUN
+from vireport.cli.declared import declared_command, formats_of
+from vireport.cli.formats import RUN
 from vireport.study.plan import ALL_FORMATS
 from vireport.study.plan import FORMATS as OF_RUNS
 
 FILES = {
     "compare": ("comparison", "COMPARISON_FILES"),
-    "map --over": ("chart", "CHART_FILES"),
-    "map": ("maps", "MAP_FILES"),
+    "map --over": ("map.chart", "CHART_FILES"),
+    "map": ("map.cells", "MAP_FILES"),
     "optimise": ("optimise", "OPTIMISE_FILES"),
 }
 LINES = {

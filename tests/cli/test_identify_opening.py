@@ -11,8 +11,6 @@ from msgspec.structs import replace
 
 from vireport.cli.identify_opening import identified_opening, open_opening
 from vireport.design.measured import MeasuredShare
-from vireport.gate.opening import WordedOpening
-from vireport.gate.verdict import Status
 from vireport.measurement.flights import MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit
 from vireport.measurement.inquiry import BOTH_MEMBRANES, Identification, Inquiry
@@ -20,6 +18,8 @@ from vireport.measurement.misfit import BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt, RecordFinding
 from vireport.measurement.rounding import Rounding
 from vireport.measurement.screening import Gap, Screened
+from vireport.study.judging.opening import WordedOpening
+from vireport.study.judging.verdict import Status
 
 VALUES = {
     Unknown.RESTITUTION: (0.5, 0.002),

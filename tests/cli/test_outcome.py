@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from vireport.command.outcome import CommandOutcome, deliver
+from vireport.cli.outcome import CommandOutcome, deliver
 
 
 def test_everything_goes_where_it_belongs(tmp_path: Path, capsys) -> None:

@@ -16,10 +16,10 @@ import pytest
 from vireport import load
 from vireport.base.errors import UsageError
 from vireport.base.progress import WorkStep, counted, portion
-from vireport.chart.over import chart_of
 from vireport.cli import identify_outputs
 from vireport.cli.app import main
-from vireport.command.outcome import progress
+from vireport.cli.outcome import progress
+from vireport.map.chart.over import chart_of
 from vireport.verify.catalogue import run_catalogue
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -70,7 +70,7 @@ def test_a_step_is_text_that_knows_its_share() -> None:
 def clock(monkeypatch) -> list[float]:
     """The time by which progress is told [s], which stands still until it is set."""
     now = [0.0]
-    monkeypatch.setattr("vireport.command.outcome.perf_counter", lambda: now[0])
+    monkeypatch.setattr("vireport.cli.outcome.perf_counter", lambda: now[0])
     return now
 
 

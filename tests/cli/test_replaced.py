@@ -46,7 +46,7 @@ def test_what_is_not_ours_is_never_replaced_unasked(case: str, tmp_path: Path, c
 
 
 def test_it_is_refused_before_any_work(tmp_path: Path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("vireport.command.outputs.analyse", lambda *_: pytest.fail("work was done"))
+    monkeypatch.setattr("vireport.cli.outputs.analyse", lambda *_: pytest.fail("work was done"))
     for name in ("report.html", "report.pdf", "results.json"):
         (tmp_path / name).write_bytes(MINE)
     assert main(["run", DESIGN, "-o", str(tmp_path)]) == 2

@@ -22,9 +22,6 @@ from PIL import Image
 import vireport
 from vireport import analyse, compare_figure, load, loads
 from vireport.base.errors import NumericalError, ScenarioError, UsageError
-from vireport.changes.quantities import QuantityGroup
-from vireport.changes.sentences import listed
-from vireport.changes.table import ComparisonRow
 from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.figures import compare_pictures
 from vireport.comparison.outputs import comparison_provenance, render_comparison, terminal_summary
@@ -34,12 +31,15 @@ from vireport.comparison.variants import variants
 from vireport.figures.overlay import SCENARIO_COLORS
 from vireport.findings.outcomes.outcomes import Outcomes
 from vireport.findings.outcomes.withstood import withstood_by
-from vireport.gate.least_margin import margin_to_use
-from vireport.gate.verdict import Conclusion
+from vireport.report.changes.quantities import QuantityGroup
+from vireport.report.changes.sentences import listed
+from vireport.report.changes.table import ComparisonRow
 from vireport.report.rendering import render_html, render_markdown
 from vireport.scenario.parameters import DesignInput
+from vireport.study.judging.least_margin import margin_to_use
+from vireport.study.judging.verdict import Conclusion
 from vireport.study.study import Study
-from vireport.wording.said import Said, spoken
+from vireport.text.said import Said, spoken
 
 THREE = ("horizontal", "inclined", "inclined-forcing")
 PAPER_PANELS = {"figure-2": (3, 3), "figure-4": (2, 3), "figure-7": (1, 3)}
@@ -767,7 +767,7 @@ def test_data_are_compared_without_drawing(tmp_path: Path) -> None:
     arguments = [sys.executable, "-c", code, *files]
     loaded = set(subprocess.run(arguments, capture_output=True, text=True, check=True).stderr.split())
     assert "vireport.comparison" in loaded
-    assert not {"matplotlib", "scipy", "vireport.figures", "vireport.report", "vireport.checks"} & loaded
+    assert not {"matplotlib", "scipy", "vireport.figures", "vireport.report", "vireport.study.checks"} & loaded
 
 
 # Notebooks

@@ -8,11 +8,11 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import load
-from vireport.changes.quantities import STANDARD_ERRORS, ComparedScenario, QuantityGroup, compared_scenarios
-from vireport.changes.table import NO_DIFFERENCE, axes_of, comparison_rows
 from vireport.design.solution import solution_of
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
+from vireport.report.changes.quantities import STANDARD_ERRORS, ComparedScenario, QuantityGroup, compared_scenarios
+from vireport.report.changes.table import NO_DIFFERENCE, axes_of, comparison_rows
 from vireport.study.measured import measured_data, measured_of
 from vireport.study.results import solution_data
 

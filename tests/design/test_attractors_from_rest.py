@@ -18,7 +18,7 @@ from vireport.physics.device import Device
 from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import Task
 from vireport.study.study import sweep_of
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -11,7 +11,6 @@ from mpmath import mpf
 from msgspec.structs import replace
 from raw_flights import Flights
 
-from vireport.checks import reference
 from vireport.design import distortion
 from vireport.design.distortion import ORDERS, Distortion, Ray, distortions, with_harmonic
 from vireport.design.lines import ends_on_curve, mirrored, stable_ones
@@ -27,6 +26,7 @@ from vireport.physics.forcing import Harmonic, unaccelerated, wave
 from vireport.physics.groups import Restitutions
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.checks import reference
 
 INCLINED = Device(
     capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.6934, amplitude_n=3.0, frequency_hz=2.0,

@@ -17,8 +17,7 @@ from strategies import random_sweeps
 
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
-from vireport.checks import reference
-from vireport.command.outputs import results_outcome
+from vireport.cli.outputs import results_outcome
 from vireport.design import margins
 from vireport.design.margins import Margin
 from vireport.design.point import design_point, ending_beyond
@@ -34,6 +33,7 @@ from vireport.physics.groups import Groups, Restitutions, by_wall
 from vireport.physics.motion import Symmetry
 from vireport.scenario.blocks import CapsuleMotion
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
+from vireport.study.checks import reference
 
 NEAR = 0.06
 """Distance in q and radians within which a motion is the one that ends nearby."""

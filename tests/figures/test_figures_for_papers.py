@@ -19,21 +19,21 @@ from pypdf import PdfReader
 
 from vireport import figure_2, figure_4, figure_7
 from vireport.base.errors import UsageError
-from vireport.chart.chart import Chart, chart, with_regions
-from vireport.chart.figure import picture as chart_picture
-from vireport.chart.meetings import Meeting
-from vireport.chart.over import plane_of
-from vireport.chart.regions import NarrowBand
 from vireport.cli.app import main
 from vireport.comparison.comparison import Comparison, compare
 from vireport.comparison.figures import compare_figure, compare_pictures
 from vireport.figures.pictures import pictures
 from vireport.figures.style import Picture, Sheet, drawn_for
-from vireport.maps.cells import map_plan
-from vireport.maps.design import map_design
-from vireport.maps.figures import map_pictures
-from vireport.maps.findings import findings_of
-from vireport.maps.run import run_map
+from vireport.map.cells.cells import map_plan
+from vireport.map.cells.design import map_design
+from vireport.map.cells.figures import map_pictures
+from vireport.map.cells.findings import findings_of
+from vireport.map.cells.run import run_map
+from vireport.map.chart.chart import Chart, chart, with_regions
+from vireport.map.chart.figure import picture as chart_picture
+from vireport.map.chart.meetings import Meeting
+from vireport.map.chart.over import plane_of
+from vireport.map.chart.regions import NarrowBand
 from vireport.motions.events import Event
 from vireport.motions.switching import Limits
 from vireport.optimise.outputs import picture_front
@@ -188,7 +188,7 @@ def test_a_chart_in_a_column_refers_to_no_table(monkeypatch: pytest.MonkeyPatch)
     motion, inputs = locus.path.motion(locus.x[1]), tuple(locus.inputs[1])
     meeting = Meeting((Event.PERIOD_DOUBLING, Event.GRAZING), motion, inputs, (0.0, 0.0))
     narrow = NarrowBand("BBT", 0, 1e-5, 1e-5, settable=True)
-    monkeypatch.setattr("vireport.chart.chart.narrow_bands", lambda *_: (narrow,))
+    monkeypatch.setattr("vireport.map.chart.chart.narrow_bands", lambda *_: (narrow,))
     drawn = replace(whole, meetings=(meeting,))
     page = chart_picture(drawn)
     with drawn_for(Sheet.of(86)):

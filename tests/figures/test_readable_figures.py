@@ -71,10 +71,10 @@ def test_of_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_of_a_map(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
-    from vireport.maps.cells import map_plan
-    from vireport.maps.figures import map_pictures
-    from vireport.maps.findings import findings_of
-    from vireport.maps.run import run_map
+    from vireport.map.cells.cells import map_plan
+    from vireport.map.cells.figures import map_pictures
+    from vireport.map.cells.findings import findings_of
+    from vireport.map.cells.run import run_map
 
     text = (ROOT / "examples" / "maps" / "map.yaml").read_text(encoding="utf-8")
     file = tmp_path / "map.yaml"

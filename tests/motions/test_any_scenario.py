@@ -16,7 +16,7 @@ from strategies import solvable_trees
 
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
-from vireport.command.outputs import run_files
+from vireport.cli.outputs import run_files
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import orbits
 from vireport.study.provenance import provenance_of

@@ -12,9 +12,6 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 from strategies import random_sweeps, sweep_grid
 
-from vireport.checks import reference
-from vireport.checks.crosscheck import orbits_at
-from vireport.checks.forty_digits import critical_motion
 from vireport.design.bounds import bounds_of
 from vireport.design.point import around_length, design_point, stable_ranges
 from vireport.design.solution import Solution, solution_of
@@ -31,6 +28,9 @@ from vireport.physics.numbers import Rounded
 from vireport.physics.voltage_bounds import voltage_bounds
 from vireport.scenario.parameters import DRIVING, Parameter
 from vireport.simulation.cycles import growth_bound
+from vireport.study.checks import reference
+from vireport.study.checks.crosscheck import orbits_at
+from vireport.study.checks.forty_digits import critical_motion
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
 

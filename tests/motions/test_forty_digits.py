@@ -8,8 +8,8 @@ from conftest import first
 from mpmath import mpf
 from strategies import random_sweeps
 
-from vireport.checks.forty_digits import critical_motion, motion_errors
 from vireport.motions.diagram import solve
+from vireport.study.checks.forty_digits import critical_motion, motion_errors
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
 

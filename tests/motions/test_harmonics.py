@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from raw_flights import Flights
 
 from vireport.base.errors import NumericalError
-from vireport.checks import reference
 from vireport.design.point import motions_at
 from vireport.motions.contour import Surface, contours, places
 from vireport.motions.diagram import solve
@@ -29,6 +28,7 @@ from vireport.physics.groups import Groups, Restitutions, by_wall
 from vireport.scenario.parameters import DRIVING, Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact
+from vireport.study.checks import reference
 
 INCLINED = Device(
     capsule_mass_kg=0.1245, restitution=0.5, gravity_m_s2=9.8, length_m=0.6934, amplitude_n=3.0, frequency_hz=2.0,

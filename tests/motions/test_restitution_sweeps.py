@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from vireport.checks import reference
 from vireport.motions.bounces import Bounces
 from vireport.motions.diagram import solve
 from vireport.motions.error_bounds import one_to_one_bounds
@@ -24,6 +23,7 @@ from vireport.physics.groups import Restitutions, by_wall
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact, check_model, follow_one
+from vireport.study.checks import reference
 
 VARIED = Parameter.RESTITUTION, Parameter.RESTITUTION_BOTTOM, Parameter.RESTITUTION_TOP
 PAPER = Device(0.1245, 0.5, 9.8, 0.7, 3.0, 2.0, 45.0)

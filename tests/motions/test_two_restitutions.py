@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from msgspec.structs import replace
 
-from vireport.checks import reference
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.orbits import coefficients, orbits
@@ -29,6 +28,7 @@ from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact, check_model, follow_one
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
+from vireport.study.checks import reference
 
 restitutions = st.floats(0, 0.95)
 shares, phases, ratios = st.floats(-0.49, 0.49), st.floats(0, 6.28), st.integers(1, 3)

@@ -16,9 +16,7 @@ from msgspec.structs import replace
 
 from vireport import analyse, load, loads
 from vireport.base.errors import UsageError
-from vireport.checks import reference
 from vireport.cli.app import main
-from vireport.gate.designs import keeps_motion
 from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import UNSTABLE, classify
 from vireport.optimise.bound import Boxes, _bounds, largest_value, picture_of
@@ -32,6 +30,8 @@ from vireport.optimise.search import optimise
 from vireport.physics.groups import Groups
 from vireport.scenario.blocks import Objective
 from vireport.scenario.parameters import Parameter
+from vireport.study.checks import reference
+from vireport.study.judging.designs import keeps_motion
 
 LENGTH = "{path: device.length_m, from: 0.1, to: 1.2}"
 FREQUENCY = "{path: excitation.frequency_hz, from: 1, to: 4}"
@@ -265,7 +265,7 @@ def test_no_map_has_a_better_design(name: str) -> None:
     assert result.best is not None
     assert result.best.value >= best_of_map(search, 60 if len(search.paths) == 2 else 16) * (1 - 1e-9)
     assert result.evidence.best_cell <= result.best.value * (1 + 1e-9)
-    assert result.best.met()
+    assert result.best.meets_requirements()
     # What is said to be the most that there is, is more than this design, and not by much; even if it is not known.
     assert result.best.value <= result.evidence.bound <= 1.05 * result.best.value
     assert name != "rate" or largest_value(search, 0.9 * result.best.value) >= result.best.value
@@ -381,7 +381,7 @@ def test_the_best_design_starts_by_itself_unless_the_scenario_does_not_ask_for_i
     assert usual.repeats
     grid = grid_of(results[1].problem)
     cells = (grid.judge(grid.t[row]) for row in grid.within())
-    assert usual.value >= next(cell.value for cell in cells if cell is not None and cell.met())
+    assert usual.value >= next(cell.value for cell in cells if cell is not None and cell.meets_requirements())
 
 
 @pytest.mark.parametrize(
@@ -503,14 +503,14 @@ def test_no_better_design_reaches_the_required_yield() -> None:
     loose = TOLERANCES.replace("}", ", samples: 512}")
     search = problem_of(loads(text_of("voltage_rate_v_s", (FREQUENCY,), "yield_at_least_percent: 80", 60) + loose))
     result = optimise(search)
-    assert result.best.met()
+    assert result.best.meets_requirements()
     assert not result.best.study.tolerances.proved
     assert 0 < result.evidence.yielding < 1
     t = np.linspace(0, 1, 100)[:, None]
     value = evaluate(search, t).value
     better = np.flatnonzero(value > result.best.value * (1 + 2e-3))
     assert better.size > 2
-    assert not any(JudgedDesign(t[row], search.study(t[row]), value[row]).met() for row in better)
+    assert not any(JudgedDesign(t[row], search.study(t[row]), value[row]).meets_requirements() for row in better)
 
 
 @pytest.mark.slow

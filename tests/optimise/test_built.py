@@ -11,15 +11,15 @@ import pytest
 from conftest import EXAMPLES
 from design_texts import DEVICE, unlimited
 
-from vireport.gate.verdict import Status
 from vireport.optimise import outputs
 from vireport.optimise.built import LOSS, built_design
 from vireport.optimise.grid import judged_design
 from vireport.optimise.problem import problem_of
 from vireport.optimise.search import SearchEvidence, SearchResult, optimise
 from vireport.scenario.loading import load, loads
+from vireport.study.judging.verdict import Status
 from vireport.study.provenance import provenance_of
-from vireport.wording.templates import TEMPLATES
+from vireport.text.templates import TEMPLATES
 
 LENGTH = "{path: device.length_m, from: 0.4, to: 1.0}"
 
@@ -39,7 +39,7 @@ def test_a_rounded_design_has_few_digits_meets_all_and_loses_little() -> None:
     assert value == pytest.approx(float(f"{value:.3g}"), rel=1e-14)
     # Rounded to the nearest it would be shorter, and fail, or longer: only the latter is taken.
     assert exact < value < exact * (1 + LOSS)
-    assert result.built.met()
+    assert result.built.meets_requirements()
     below = result.problem.study((np.array([float(f"{exact:.3g}") - 0.001]) - 0.4) / 0.6)
     assert not all(line.passed for line in below.criteria)
 
@@ -127,10 +127,10 @@ def test_a_design_that_starts_by_chance_is_not_taken() -> None:
     point = judged_design(problem, chance)
     assert all(line.passed for line in point.study.criteria)
     assert not point.repeats
-    assert not point.met()
+    assert not point.meets_requirements()
     assert built_design(problem, point) is None
     steady = judged_design(problem, np.array([1.15 - 0.2, (2.02 - 1.0) / 3]))
-    assert steady.met()
+    assert steady.meets_requirements()
 
 
 @pytest.mark.slow

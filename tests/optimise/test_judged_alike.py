@@ -13,8 +13,6 @@ from design_texts import DEVICE, UNLIMITED, unlimited
 
 from vireport import analyse, loads
 from vireport.cli.app import main
-from vireport.gate.requirements import OfMotions, OfShaker, Requirement, requirements
-from vireport.gate.verdict import Conclusion, Status
 from vireport.optimise import outputs
 from vireport.optimise.cells import evaluate
 from vireport.optimise.grid import DesignGrid, grid_of, judged_design
@@ -23,6 +21,8 @@ from vireport.optimise.search import SearchEvidence, SearchResult, optimise
 from vireport.scenario.blocks import LimitKind, Need
 from vireport.scenario.json_schema import schema
 from vireport.scenario.parameters import Parameter
+from vireport.study.judging.requirements import OfMotions, OfShaker, Requirement, requirements
+from vireport.study.judging.verdict import Conclusion, Status
 
 pytestmark = pytest.mark.usefixtures("without_a_front")
 
@@ -167,10 +167,10 @@ def test_a_design_that_a_run_passes_is_found_far_down_the_grid() -> None:
     problem = problem_of(loads(looked_for(TILTED, 64, vary=(FORCE,)).replace("length_m: 0.7", "length_m: 0.9")))
     grid = grid_of(problem)
     cells = [grid.t[row] for row in grid.within()]
-    passed = next(k for k, t in enumerate(cells) if grid.judge(t).met())
+    passed = next(k for k, t in enumerate(cells) if grid.judge(t).meets_requirements())
     assert passed > 8
     result = optimise(problem)
-    assert result.best.met()
+    assert result.best.meets_requirements()
     assert result.best.value >= grid.judged.best.value
     assert result.evidence.complete
     assert all(line.passed for line in run(problem, result.best.t)[0].values())
@@ -190,8 +190,8 @@ def test_no_cell_that_a_run_passes_is_better(required: str, objective: str) -> N
     result, grid = optimise(problem), grid_of(problem)
     for row in grid.within():
         grid.judge(grid.t[row])
-    assert 0 < sum(grid.judged.met.values()) < len(grid.judged.met)
-    assert result.best.met()
+    assert 0 < sum(grid.judged.verdicts.values()) < len(grid.judged.verdicts)
+    assert result.best.meets_requirements()
     assert result.best.value >= grid.judged.best.value * (1 - 1e-9)
     assert result.evidence.complete
     # Those that could have been better do not meet the requirements.
@@ -239,7 +239,7 @@ def test_no_opening_is_green_where_less_is_left_to_use_than_is_required() -> Non
     told = set()
     for t in np.random.default_rng(3).uniform(size=(6, 2)):
         best = judged_design(search, t)
-        if best is None or not best.met():
+        if best is None or not best.meets_requirements():
             continue
         result = SearchResult(search, best, None, (), SearchEvidence((2, 2), 4, 4))
         study = analyse(loads(search.scenario_text(t)), ("json",))

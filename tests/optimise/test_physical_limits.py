@@ -15,11 +15,11 @@ from pages import Page
 
 from vireport import analyse, loads
 from vireport.cli.app import main
-from vireport.gate.verdict import Status
 from vireport.optimise import outputs
 from vireport.optimise.bound import largest_value
 from vireport.optimise.problem import problem_of
 from vireport.optimise.search import optimise
+from vireport.study.judging.verdict import Status
 
 pytestmark = pytest.mark.usefixtures("without_a_front")
 

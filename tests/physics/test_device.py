@@ -9,11 +9,11 @@ from mpmath import mpf
 from msgspec.structs import replace
 from strategies import random_sweeps
 
-from vireport.checks import reference
 from vireport.physics.device import GROUP_ERROR, NO_GRAVITY, Device
 from vireport.physics.groups import Restitutions, SpeedLaw
 from vireport.physics.numbers import DIGITS, DecimalOps
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
+from vireport.study.checks import reference
 
 DEVICES = [sweep.device for sweep in random_sweeps(200, seed=6)]
 

@@ -11,13 +11,13 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from scipy.optimize import brentq
 
-from vireport.checks import reference
 from vireport.design.point import design_point
 from vireport.physics.device import Device
 from vireport.physics.energy import Dielectric, Membrane, Strikes, conversion, deflection, voltages
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.scenario.blocks import CapsuleMotion
 from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.checks import reference
 
 PAPER = Device(0.1245, 0.5, 9.8, 0.6934, 3.0, 2.0, 45.0, ball_mass_kg=0.0041)
 FREE = replace(PAPER, capsule=CapsuleMotion.FREE)

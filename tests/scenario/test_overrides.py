@@ -34,7 +34,7 @@ OVERRIDES = [
 def test_overrides(override, path, value):
     loaded = loads(GOOD, overrides=[override])
     assert value_at(to_dict(loaded.scenario), path) == value
-    assert (path in loaded.given) is (value is not None)
+    assert (path in loaded.stated_keys) is (value is not None)
     assert loaded.overrides == (override,)
     assert loaded.document == loads(GOOD).document
 

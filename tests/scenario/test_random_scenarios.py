@@ -54,7 +54,7 @@ TREES = st.recursive(
     lambda parts: st.lists(parts, max_size=2) | st.dictionaries(st.text(max_size=5), parts, max_size=2),
     max_leaves=4,
 )
-PATHS = st.sampled_from(sorted(loads(GOOD).given | {parameter.path for parameter in DRIVING}))
+PATHS = st.sampled_from(sorted(loads(GOOD).stated_keys | {parameter.path for parameter in DRIVING}))
 
 
 @REPEATABLE

@@ -74,7 +74,7 @@ def test_membrane_is_there_where_energy_is_evaluated():
     assert loads(MINIMAL).scenario.device.membrane is None
     loaded = loads(MINIMAL, overrides=["device.ball_mass_kg=0.004"])
     assert loaded.scenario.device.membrane == MembraneBlock()
-    assert "device.membrane" not in loaded.given
+    assert "device.membrane" not in loaded.stated_keys
     assert loads(MINIMAL + "sweep:\n", overrides=["device.membrane="]).scenario.device.membrane is None
 
 
@@ -89,8 +89,8 @@ def test_what_is_swept_may_be_left_out(parameter):
     sweep = f"sweep={{parameter: {parameter}, from: 1, to: 2}}"
     given_too = loads(MINIMAL, overrides=[sweep])
     left_out = loads(MINIMAL, overrides=[sweep, f"{path}="])
-    assert path in given_too.given
-    assert path not in left_out.given
+    assert path in given_too.stated_keys
+    assert path not in left_out.stated_keys
     with pytest.raises(ScenarioError, match=f"--set {path}: required unless it is swept, but missing"):
         loads(MINIMAL, overrides=[f"{path}="])
 
@@ -139,7 +139,7 @@ def test_given_are_all_keys_of_file_and_overrides_but_empty_ones():
     loaded = loads(MINIMAL + "title:\nsweep: ~\n", overrides=["device.ball_mass_kg=1e-3"])
     device = {f"device.{key}" for key in ("capsule_mass_kg", "ball_mass_kg", "restitution", "length_m")}
     excitation = {"excitation", "excitation.amplitude_n", "excitation.frequency_hz"}
-    assert loaded.given == {"schema_version", "device", "inclination_deg"} | device | excitation
+    assert loaded.stated_keys == {"schema_version", "device", "inclination_deg"} | device | excitation
 
 
 def test_hash_is_that_of_the_file(tmp_path):

@@ -114,7 +114,7 @@ def test_template_has_every_key_and_the_defaults():
     instead = {f"device.{key}" for key in ("restitution_bottom", "restitution_top")}  # of the restitution of both
     # A record is of one device, and the template has a block that looks for others.
     others = {"excitation.record", "design.minimise"}  # the latter stands in for design.maximise
-    assert loaded.given == {path for path in KEYS if "*" not in path} - instead - others
+    assert loaded.stated_keys == {path for path in KEYS if "*" not in path} - instead - others
     plain = to_dict(loaded.scenario)
     without = {path: key["default"] for path, key in KEYS.items() if key.get("default") is not None and "*" not in path}
     assert len(without) == 32

@@ -143,7 +143,7 @@ def test_changes_are_listed_as_diff_lists_them(files, again) -> None:
 
 
 def test_measured_times_and_origin_are_not_compared() -> None:
-    from vireport.changes.diff_outputs import unequal
+    from vireport.report.changes.diff_outputs import unequal
 
     old = {"runs": [{"seconds": 1.0, "errors": {"d": 1e-9}}], "provenance": {"python": "3.11"}, "line": 7}
     new = {"runs": [{"seconds": 2.0, "errors": {"d": 2e-9}}], "provenance": {"python": "3.12"}, "line": None}

@@ -12,8 +12,8 @@ import pytest
 from exact import error_of, exact_row
 from mpmath import mpf
 
-from vireport.checks import reference
-from vireport.checks.forty_digits import critical_motion
+from vireport.study.checks import reference
+from vireport.study.checks.forty_digits import critical_motion
 from vireport.study.provenance import provenance_of
 from vireport.study.results import branches_csv
 from vireport.study.study import results_json

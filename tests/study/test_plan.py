@@ -11,8 +11,8 @@ import pytest
 from vireport import ScenarioError, UsageError, analyse, load, loads
 from vireport.base.additions import ADDITIONS
 from vireport.cli.app import main
-from vireport.gate.findings import findings
 from vireport.scenario.blocks import Scenario, keys_left_out
+from vireport.study.judging.findings import findings
 from vireport.study.plan import ALL_FORMATS, FIGURES, FORMATS, Task, declared_steps, plan
 
 DESIGN = """\
@@ -177,7 +177,7 @@ def test_missing_packages_are_named_before_work_begins_with_what_they_do(example
     def begin(*_: object) -> None:
         raise UsageError("work begins")
 
-    monkeypatch.setattr("vireport.command.outputs.analyse", begin)
+    monkeypatch.setattr("vireport.cli.outputs.analyse", begin)
     run = ["run", str(example("inclined")), "--json", "--set", f"simulation={SLOWED}"]
     assert main(run) == 2
     first, last = capsys.readouterr().err.splitlines()
@@ -232,16 +232,16 @@ def test_no_block_is_proposed_that_would_be_refused(path: str, value: object):
 COMPUTED = {
     Task.DISTORTION: ("vireport.design.point", "distortions"),
     Task.CIRCLES: ("vireport.design.attractors_from_rest", "attractors_from_rest"),
-    Task.REPRODUCTION: ("vireport.checks.reproduction", "reproduce"),
+    Task.REPRODUCTION: ("vireport.study.checks.reproduction", "reproduce"),
     Task.EFFECTS: ("vireport.study.study", "shifts"),
     Task.FROM_REST: ("vireport.design.switched_on", "recovery_of"),
     "from-rest-moments": ("vireport.findings.outcomes.outcomes", "outcomes_by_moment"),
     "from-rest-windows": ("vireport.findings.outcomes.outcomes", "outcomes_along"),
     "shock": ("vireport.findings.outcomes.withstood", "withstood_by"),
     "coexistence": ("vireport.findings.outcomes.attracting", "attracting_motions"),
-    Task.SIMULATION: ("vireport.checks.crosscheck", "crosscheck"),
-    Task.MOTIONS: ("vireport.atlas.families", "atlas"),
-    Task.OWN_STIFFNESS: ("vireport.compliant.own_stiffness", "own_stiffness"),
+    Task.SIMULATION: ("vireport.study.checks.crosscheck", "crosscheck"),
+    Task.MOTIONS: ("vireport.motions.atlas.families", "atlas"),
+    Task.OWN_STIFFNESS: ("vireport.design.compliant.own_stiffness", "own_stiffness"),
     "tolerances": ("vireport.findings.tolerances.tolerances", "assess_tolerances"),
 }
 """The function that does each step, beyond the solution itself; of steps of additions, those that are there."""

@@ -9,7 +9,7 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport.base.errors import ScenarioError, UsageError
-from vireport.compliant.own_stiffness import own_stiffness
+from vireport.design.compliant.own_stiffness import own_stiffness
 from vireport.findings.accuracy.workprecision import measure
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.outcomes.outcomes import switched_on_by

@@ -8,19 +8,19 @@ import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
 
-from vireport.atlas.families import atlas
 from vireport.base.errors import UsageError
-from vireport.changes.quantities import ComparedScenario
-from vireport.chart.over import plane_of
-from vireport.compliant.own_stiffness import own_stiffness
+from vireport.design.compliant.own_stiffness import own_stiffness
 from vireport.figures.device import shown_motion
 from vireport.findings.accuracy.workprecision import measure
 from vireport.findings.certificates.proofs import certify
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.region import region_of
+from vireport.map.chart.over import plane_of
+from vireport.motions.atlas.families import atlas
 from vireport.motions.events import Event
 from vireport.motions.switching import Limits
 from vireport.physics.device import Device
+from vireport.report.changes.quantities import ComparedScenario
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.scenario.loading import load

@@ -11,16 +11,16 @@ from conftest import EXAMPLES
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.changes.quantities import ComparedScenario
-from vireport.chart.over import plane_of
 from vireport.findings.accuracy.workprecision import measure
 from vireport.findings.certificates.proofs import certify
 from vireport.findings.membranes.compliance import compliance
 from vireport.findings.tolerances.proof import prove_region
 from vireport.findings.tolerances.region import region_of
 from vireport.findings.tolerances.results import recheck
+from vireport.map.chart.over import plane_of
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
+from vireport.report.changes.quantities import ComparedScenario
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.scenario.loading import load

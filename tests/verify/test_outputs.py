@@ -13,8 +13,8 @@ from vireport.cli.app import main
 from vireport.findings.accuracy.benchmark import MeasuredQuantity, MethodTask
 from vireport.findings.accuracy.methods import CLOSED, METHODS, WHOLE, Knob
 from vireport.findings.accuracy.workprecision import MethodRun, WorkPrecision
-from vireport.gate.opening import WordedOpening
-from vireport.gate.verdict import Status
+from vireport.study.judging.opening import WordedOpening
+from vireport.study.judging.verdict import Status
 from vireport.verify.outputs import accuracy_opening
 
 QUANTITIES = (

@@ -41,7 +41,7 @@ ROWS: Mapping[str, AdditionRow] = {
     "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
     "verify": AdditionRow(("verify",), ("command",), after=("checks",)),
     "compare": AdditionRow(("comparison",), ("command",)),
-    "map": AdditionRow(("maps", "chart"), ("command",)),
+    "map": AdditionRow(("map",), ("command",)),
     "optimise": AdditionRow(("optimise",), ("command",)),
     "explore": AdditionRow(("bench",), ("command",)),
 }

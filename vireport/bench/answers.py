@@ -15,7 +15,6 @@ from vireport.base.errors import UsageError
 from vireport.bench.controls import values_of
 from vireport.design.margins import margins_of
 from vireport.design.solution import Solution, solution_of
-from vireport.gate.designs import Designs
 from vireport.motions.branches import Branch
 from vireport.motions.one_to_one import ball_path
 from vireport.motions.stability import eigenvalues
@@ -25,6 +24,7 @@ from vireport.scenario.blocks import Scenario
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput
 from vireport.scenario.rules import ADDED_IF_FULL
+from vireport.study.judging.designs import Designs
 from vireport.study.plan import ALL_FORMATS, FIGURES, Task
 from vireport.study.results import margin_data, motion_columns
 from vireport.study.study import Study, sweep_of

@@ -13,13 +13,13 @@ from vireport.base.errors import NumericalError, ScenarioError, UsageError
 from vireport.base.progress import Progress
 from vireport.design.lines import HIGHEST_RESTITUTION
 from vireport.design.solution import solution_of
-from vireport.gate.designs import Designs
-from vireport.gate.requirements import SPARED, required, spared
-from vireport.gate.verdict import Conclusion
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
+from vireport.study.judging.designs import Designs
+from vireport.study.judging.requirements import SPARED, required, spared
+from vireport.study.judging.verdict import Conclusion
 from vireport.study.study import Study, analyse
 
 Floats = NDArray[np.float64]

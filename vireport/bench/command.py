@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from vireport.base.files import require_writable
-from vireport.command import options as given
-from vireport.command.declared import CommandPanel, DeclaredCommand
-from vireport.command.inputs import read_earlier_run
-from vireport.command.outcome import emit, tell
+from vireport.cli import options as given
+from vireport.cli.declared import CommandPanel, DeclaredCommand
+from vireport.cli.inputs import read_earlier_run
+from vireport.cli.outcome import emit, tell
 
 
 def explore(

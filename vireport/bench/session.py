@@ -54,7 +54,7 @@ class Opened(Struct, frozen=True):
         What is set over it before the page does, as ``path=value``.
     notes : tuple of str
         What of it is left out on the bench, and which command does it.
-    given : frozenset of str
+    stated_keys : frozenset of str
         Paths of the keys that it gives.
     place : ReadingPlace
         Where the records that it names are looked for.
@@ -64,7 +64,7 @@ class Opened(Struct, frozen=True):
     name: str
     overrides: tuple[str, ...]
     notes: tuple[str, ...]
-    given: frozenset[str]
+    stated_keys: frozenset[str]
     place: ReadingPlace
 
     def over(self, state: State) -> tuple[str, ...]:
@@ -77,7 +77,7 @@ class Opened(Struct, frozen=True):
 
     def _empties(self, state: State, block: str) -> bool:
         changed = {path for path in state if path.startswith(f"{block}.")}
-        left = {path for path in self.given if path.startswith(f"{block}.")} - changed
+        left = {path for path in self.stated_keys if path.startswith(f"{block}.")} - changed
         return bool(changed) and not left and all(state[path] is None for path in changed)
 
 
@@ -106,7 +106,7 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = (), allow_o
     blocks = [block for block in NOT_HERE if getattr(loaded.scenario, block) is not None]
     over = (*loaded.overrides, *(f"{block}=" for block in blocks))
     notes = tuple(f"The block {block} has no part here: {NOT_HERE[block]}." for block in blocks)
-    return Opened(loaded.document.text, loaded.document.name, over, notes, loaded.given, loaded.place)
+    return Opened(loaded.document.text, loaded.document.name, over, notes, loaded.stated_keys, loaded.place)
 
 
 def loaded_of(session: Opened, state: State) -> Loaded:

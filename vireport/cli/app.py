@@ -19,7 +19,7 @@ from vireport.base.errors import ScenarioError, UsageError, VireportError
 from vireport.base.version import __version__
 from vireport.cli.commands import BUILDERS, app
 from vireport.cli.group import OLD_NAMES, PROGRAM, Commands, Program
-from vireport.command.outcome import RED, tell
+from vireport.cli.outcome import RED, tell
 
 COMPLETION = "_VIREPORT_COMPLETE"
 """Set by a shell that completes a line of the program, as Typer has it."""

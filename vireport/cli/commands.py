@@ -16,13 +16,13 @@ from vireport.base.encoding import json_text
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.base.files import require_writable, writable, write_new
 from vireport.base.version import __version__
+from vireport.cli import options as given
+from vireport.cli.declared import Command, CommandPanel, DeclaredCommand, declared_command, formats_of
+from vireport.cli.formats import FIGURES, PAGES, RUN, CommandFormats, format_option
 from vireport.cli.group import Program
-from vireport.command import options as given
-from vireport.command.declared import Command, CommandPanel, DeclaredCommand, declared_command, formats_of
-from vireport.command.formats import FIGURES, PAGES, RUN, CommandFormats, format_option
-from vireport.command.inputs import read_earlier_run, read_scenario
-from vireport.command.options import default_folder, figure_width_mm, recorded, refuse_files_beside_json
-from vireport.command.outcome import CommandOutcome, deliver, progress, tell_lacking
+from vireport.cli.inputs import read_earlier_run, read_scenario
+from vireport.cli.options import default_folder, figure_width_mm, recorded, refuse_files_beside_json
+from vireport.cli.outcome import CommandOutcome, deliver, progress, tell_lacking
 from vireport.text.alerts import explanation
 
 _AnyFunction = TypeVar("_AnyFunction", bound=Callable[..., None])
@@ -129,7 +129,7 @@ def run(
         raise UsageError("standard input can be the results or the scenario, not both")
     before = None
     if baseline is not None:  # before the scenario is solved
-        from vireport.changes.baseline import read_baseline
+        from vireport.report.changes.baseline import read_baseline
 
         before = read_baseline(baseline)
     loaded, earlier = read_scenario(scenario, set_, allow_outside)
@@ -146,7 +146,7 @@ def run(
 
         refuse_special(loaded.scenario, "--certify")
         require_proofs()
-    from vireport.command.outputs import file_names, results_outcome, run_outcome
+    from vireport.cli.outputs import file_names, results_outcome, run_outcome
 
     command = recorded(context)
     if json:
@@ -193,7 +193,7 @@ def identify(
     refuse_files_beside_json(context, "result")
     loaded, _ = read_scenario(scenario, set_)
     from vireport.cli import identify_outputs
-    from vireport.command.outputs import file_names
+    from vireport.cli.outputs import file_names
 
     if (impacts is None) == (record is None):
         raise UsageError("either --impacts or --record is needed (allowed: one of them)")
@@ -244,7 +244,7 @@ def check(
         refused = {"valid": False, "kind": None, "mistakes": error.to_dicts(), "more": error.more, "steps": []}
         deliver(CommandOutcome(_json(refused), exit_code=error.exit_code))
         return
-    from vireport.gate.alerts import input_alerts
+    from vireport.study.judging.alerts import input_alerts
 
     alerts = input_alerts(loaded.scenario)
     if isinstance(loaded, LoadedMap):

@@ -11,7 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from vireport.base.errors import UsageError
-from vireport.command.declared import CommandPanel
+from vireport.cli.declared import CommandPanel
 
 PROGRAM = "vireport"
 

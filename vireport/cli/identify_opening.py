@@ -8,17 +8,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from vireport.design.measured import HeldHarmonics, MeasuredShare
-from vireport.gate.alerts import record_alerts
-from vireport.gate.opening import Opening, Statement, gravest
-from vireport.gate.verdict import Status
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import BOTH_MEMBRANES, Identification, IdentifiedInput
 from vireport.measurement.misfit import LEVEL, BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt
 from vireport.measurement.signals import Signals
-from vireport.text.formatting import ROUGHLY, measured, shown
-from vireport.wording.said import Said, words_of
+from vireport.study.judging.alerts import record_alerts
+from vireport.study.judging.opening import Opening, Statement, gravest
+from vireport.study.judging.verdict import Status
+from vireport.text.formatting import ROUGHLY, measured, print_rounded
+from vireport.text.said import Said, words_of
 
 _said = words_of("identify")
 
@@ -64,8 +64,8 @@ def identified_opening(
     every += [Statement(Status.NEUTRAL, _said("held", held))] if held is not None else []
     every += [Statement(Status.NEUTRAL, _said("not_used", unused))] if unused else []
     facts = gravest(every)
-    gravity = {own.status for own in (*facts, *tiles)}
-    status = next((own for own in (Status.BAD, Status.CAUTION) if own in gravity), Status.GOOD)
+    gravity = {fact.status for fact in (*facts, *tiles)}
+    status = next((fact for fact in (Status.BAD, Status.CAUTION) if fact in gravity), Status.GOOD)
     return Opening(status, _said("word_fits"), _sentence(answer), facts, tiles)
 
 
@@ -76,31 +76,31 @@ def open_opening(why: str, signals: Signals) -> Opening:
 
 
 def _sentence(answer: Identification) -> Said:
-    shown = _inputs(answer)
+    inputs = _inputs(answer)
     form = "fits" if answer.misfit.p_value is not None else "explains"
-    if tuple(own.unknown for own in shown) == BOTH_MEMBRANES:
-        return _said(f"{form}_both", *map(_value, shown))
-    if len(shown) > MOST_NAMED:
-        return _said(f"{form}_many", len(shown))
-    return _said(f"{form}_inputs", [_said("with_value", own.unknown, _in_unit(own, _value(own))) for own in shown])
+    if tuple(item.unknown for item in inputs) == BOTH_MEMBRANES:
+        return _said(f"{form}_both", *map(_value, inputs))
+    if len(inputs) > MOST_NAMED:
+        return _said(f"{form}_many", len(inputs))
+    return _said(f"{form}_inputs", [_said("with_value", item.unknown, _in_unit(item, _value(item))) for item in inputs])
 
 
 def _inputs(answer: Identification) -> list[IdentifiedInput]:
     """What is identified of the device; the phase of the force is of the record alone."""
-    return [own for own in answer.identified if own.unknown is not Unknown.PHASE]
+    return [item for item in answer.identified if item.unknown is not Unknown.PHASE]
 
 
-def _value(own: IdentifiedInput) -> str:
-    return _rounded(own.value, own)
+def _value(item: IdentifiedInput) -> str:
+    return _rounded(item.value, item)
 
 
-def _rounded(value: float, own: IdentifiedInput) -> str:
+def _rounded(value: float, item: IdentifiedInput) -> str:
     """A value, or an end of its interval, to a digit more than half of that leaves."""
-    return shown(value, own.half / 2)
+    return print_rounded(value, item.half / 2)
 
 
-def _in_unit(own: IdentifiedInput, text: str) -> str:
-    return f"{text} {own.unknown.unit}".rstrip()
+def _in_unit(item: IdentifiedInput, text: str) -> str:
+    return f"{text} {item.unknown.unit}".rstrip()
 
 
 def _contradiction(misfit: Misfit) -> Said:
@@ -129,7 +129,9 @@ def _instead(misfit: Misfit) -> Iterator[Statement]:
         yield Statement(Status.BAD, _said("give_law" if better.value < 0 else "no_such_law", better))
     else:
         name = "mend_clock" if better.unknown is Unknown.DRIFT else "give_input"
-        yield Statement(Status.BAD, _said(name, better, _of_better(better), shown(better.standard_error, ROUGHLY)))
+        yield Statement(
+            Status.BAD, _said(name, better, _of_better(better), print_rounded(better.standard_error, ROUGHLY))
+        )
     if better.clock_accepted:
         yield Statement(Status.BAD, _said("clock_fast" if better.clock_off > 0 else "clock_slow", better))
     if better.others:
@@ -168,7 +170,7 @@ def _of_record(answer: Identification) -> Iterator[Statement]:
 def most_hidden(hidden: Sequence[Hidden]) -> list[tuple[Unknown, float]]:
     """The most by which each restitution makes up for an input that may be wrong unseen."""
     moves = [move for one in hidden for move in one.moves]
-    return [(x, max(abs(by) for own, by in moves if own is x)) for x in dict(moves)]
+    return [(x, max(abs(by) for unknown, by in moves if unknown is x)) for x in dict(moves)]
 
 
 def _of_signals(signals: Signals | None) -> Iterator[Statement]:
@@ -187,14 +189,14 @@ def _identified(answer: Identification) -> Iterator[Statement]:
     if not answer.misfit.accepted:
         yield Statement(Status.BAD, _said("tile_nothing"))
         return
-    shown = _inputs(answer)
-    ends = [(_rounded(own.low, own), _in_unit(own, _rounded(own.high, own))) for own in shown]
-    if tuple(own.unknown for own in shown) == BOTH_MEMBRANES:
+    inputs = _inputs(answer)
+    ends = [(_rounded(item.low, item), _in_unit(item, _rounded(item.high, item))) for item in inputs]
+    if tuple(item.unknown for item in inputs) == BOTH_MEMBRANES:
         yield Statement(Status.GOOD, _said("tile_both", *ends))
-    elif len(shown) > MOST_NAMED:
-        yield Statement(Status.GOOD, _said("tile_many", len(shown)))
+    elif len(inputs) > MOST_NAMED:
+        yield Statement(Status.GOOD, _said("tile_many", len(inputs)))
     else:
-        yield Statement(Status.GOOD, _said(f"tile_{len(shown)}", [own.unknown for own in shown], *ends))
+        yield Statement(Status.GOOD, _said(f"tile_{len(inputs)}", [item.unknown for item in inputs], *ends))
 
 
 def _fit(misfit: Misfit, answer: Identification) -> Statement:
@@ -210,22 +212,22 @@ def _fit(misfit: Misfit, answer: Identification) -> Statement:
 
 
 def _impacts(answer: Identification, impacts: int) -> Statement:
-    found = answer.found
-    if not isinstance(found, Fitted):
+    fitted = answer.found
+    if not isinstance(fitted, Fitted):
         return Statement(Status.NEUTRAL, _said("tile_impacts_alone", impacts))
-    missed = sum(gap.missed_s is not None for gap in found.gaps)
-    name = "tile_impacts_and_gaps" if found.lost else "tile_impacts"
-    return Statement(Status.NEUTRAL, _said(name, len(found.impacts), missed, len(found.false), found.lost))
+    missed = sum(gap.missed_s is not None for gap in fitted.gaps)
+    name = "tile_impacts_and_gaps" if fitted.lost else "tile_impacts"
+    return Statement(Status.NEUTRAL, _said(name, len(fitted.impacts), missed, len(fitted.false), fitted.lost))
 
 
 def _timing(answer: Identification) -> Iterator[Statement]:
     """The timing error, or what fits instead."""
-    better, found, error = answer.misfit.explanation, answer.found, answer.timing_error_s
+    better, fitted, error = answer.misfit.explanation, answer.found, answer.timing_error_s
     if better is not None:
-        shown = "" if better.unknown is None else f"{_of_better(better)} {better.unknown.unit}".rstrip()
+        offset = "" if better.unknown is None else f"{_of_better(better)} {better.unknown.unit}".rstrip()
         yield Statement(
-            Status.NEUTRAL, _said("tile_swapped" if better.unknown is None else "tile_instead", better, shown)
+            Status.NEUTRAL, _said("tile_swapped" if better.unknown is None else "tile_instead", better, offset)
         )
-    elif isinstance(found, Fitted):
-        name = "tile_timing_weighted" if found.adjusted.equations.relative is not None else "tile_timing"
+    elif isinstance(fitted, Fitted):
+        name = "tile_timing_weighted" if fitted.adjusted.equations.relative is not None else "tile_timing"
         yield Statement(Status.NEUTRAL, _said("tile_timing_rounded" if answer.rounding is not None else name, error))

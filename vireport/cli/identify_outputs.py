@@ -13,11 +13,9 @@ from msgspec import Struct, to_builtins
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
 from vireport.cli.identify_opening import identified_opening, most_hidden, open_opening
-from vireport.command.outcome import CommandOutcome
-from vireport.command.outputs import file_names
+from vireport.cli.outcome import CommandOutcome
+from vireport.cli.outputs import file_names
 from vireport.design.measured import HeldHarmonics, MeasuredShare, held_harmonics, share_that_fits
-from vireport.gate.alerts import Alert, record_alerts
-from vireport.gate.opening import Opening
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable
 from vireport.measurement.inquiry import Identification, answered, inquiry_of
@@ -29,12 +27,14 @@ from vireport.scenario.blocks import Distribution, Scenario, keys_left_out, perc
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput
 from vireport.scenario.writing import as_yaml
+from vireport.study.judging.alerts import Alert, record_alerts
+from vireport.study.judging.opening import Opening
 from vireport.study.plan import Task, page_and_figure_files
 from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.results import json_bytes
-from vireport.text.formatting import ROUGHLY, measured, shown
+from vireport.text.formatting import ROUGHLY, measured, print_rounded
 from vireport.text.tables import Table, numbers, plain_text, texts
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
@@ -153,7 +153,7 @@ def outcome(
         more = tuple(part for part in parts if part not in said)
         report = IdentifyReport(opening, more, doubts, name, loaded, drawn, origin, pages.templates)
         written = files | render_files(report, set(pages.formats), pages.templates, pages.paper)
-        return CommandOutcome("", text, written, failure=failure, exit_code=code, stale=stale, beside=others)
+        return CommandOutcome("", text, written, failure=failure, exit_code=code, stale=stale, other_files=others)
 
     try:
         answer = answered(inquiry, record, referenced, portion(rest, 0.0, ANSWERED_SHARE))
@@ -213,31 +213,31 @@ def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced
 
 def _held_data(held: HeldHarmonics) -> dict[str, Any]:
     end = held.end
-    known = None
+    end_data = None
     if end is not None:
-        known = {
+        end_data = {
             "parameter": end.parameter,
             "unit": end.parameter.unit,
             "kind": end.event,
             "value": end.sweep_value,
             "distance": end.distance,
         }
-    return {"nearest_end": known, "standard_error": held.error}
+    return {"nearest_end": end_data, "standard_error": held.error}
 
 
 def _impacts_csv(signals: Signals) -> bytes:
     """What was picked, as a record of impacts that can be corrected and given to the command again."""
-    own = signals.picked
+    picked = signals.picked
     rows = (
         f"{time:.9f},{'bottom' if wall > 0 else 'top'},{error:.3g}\n"
-        for time, wall, error in zip(own.times, own.walls, own.errors, strict=True)
+        for time, wall, error in zip(picked.times, picked.walls, picked.errors, strict=True)
     )
     return ("time_s,membrane,standard_error_s\n" + "".join(rows)).encode()
 
 
 def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
-    own, shaker = signals.picked, signals.shaker
-    recording = own.recording
+    picked, shaker = signals.picked, signals.shaker
+    recording = picked.recording
     return {
         "samples": recording.samples,
         "sampling_rate_hz": 1 / recording.step_s,
@@ -249,11 +249,11 @@ def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
                 "impacts": len(heard.times),
                 "noise": heard.noise,
                 "rise_samples": heard.rise_samples,
-                "standard_error_s": own.middle_error_s,
+                "standard_error_s": picked.middle_error_s,
             }
-            for heard in own.heard
+            for heard in picked.heard
         ],
-        "impacts": len(own.times),
+        "impacts": len(picked.times),
         "excitation": None
         if shaker is None
         else {
@@ -267,14 +267,14 @@ def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
                 to_builtins(harmonic) | {"significant": harmonic.significant} for harmonic in shaker.harmonics
             ],
         },
-        "findings": [WORDS("finding", finding) for finding in own.findings],
+        "findings": [WORDS("finding", finding) for finding in picked.findings],
     }
 
 
 def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
-    own, shaker = signals.picked, signals.shaker
-    yield words("heard", own, own.heard, own.recording, Path(own.recording.name).name)
-    for finding in own.findings:
+    picked, shaker = signals.picked, signals.shaker
+    yield words("heard", picked, picked.heard, picked.recording, Path(picked.recording.name).name)
+    for finding in picked.findings:
         yield words("finding", finding)
     if shaker is None:
         return
@@ -283,9 +283,9 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
         (
             str(harmonic.order),
             measured(harmonic.percent, harmonic.percent_error),
-            shown(harmonic.percent_error, ROUGHLY),
+            print_rounded(harmonic.percent_error, ROUGHLY),
             measured(harmonic.phase_deg, harmonic.phase_error_deg),
-            shown(harmonic.phase_error_deg, ROUGHLY),
+            print_rounded(harmonic.phase_error_deg, ROUGHLY),
         )
         for harmonic in shaker.harmonics
         if harmonic.significant
@@ -296,24 +296,24 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
 
 
 def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
-    found, misfit = answer.found, answer.misfit
-    known = answer.identified
-    fitted = found if isinstance(found, Fitted) else None
-    count = len(known)
+    fit_found, misfit = answer.found, answer.misfit
+    inputs = answer.identified
+    fitted = fit_found if isinstance(fit_found, Fitted) else None
+    count = len(inputs)
     instead = misfit.explanation
     return {
         "identified": [
             {
-                "name": own.unknown,
-                "unit": own.unknown.unit or "1",
-                "value": own.value,
-                "standard_error": own.error,
-                "from": own.low,
-                "to": own.high,
+                "name": item.unknown,
+                "unit": item.unknown.unit or "1",
+                "value": item.value,
+                "standard_error": item.error,
+                "from": item.low,
+                "to": item.high,
             }
-            for own in known
+            for item in inputs
         ],
-        "covariance": fitted.adjusted.covariance[:count, :count].tolist() if fitted and known else [],
+        "covariance": fitted.adjusted.covariance[:count, :count].tolist() if fitted and inputs else [],
         "phase_at_s": answer.origin_s if Unknown.PHASE in answer.inquiry.unknowns else None,
         "timing_error_s": answer.timing_error_s,
         "time_step_s": answer.rounding.step_s if answer.rounding is not None else None,
@@ -340,8 +340,8 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
                 *([DISTORTION] if misfit.distortion_untested else []),
             ],
             "hidden": [
-                {"name": own.unknown, "unit": own.unknown.unit, "off": own.off, "moves": dict(own.moves)}
-                for own in misfit.hidden
+                {"name": item.unknown, "unit": item.unknown.unit, "off": item.off, "moves": dict(item.moves)}
+                for item in misfit.hidden
             ],
             "flights_left_out": misfit.by_flights or None,
         },
@@ -351,16 +351,16 @@ def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
 
 def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMotion | None) -> str | None:
     """The scenario with what was identified, its intervals as tolerances; None where that is no valid one."""
-    values = {x: own for own in answer.identified if (x := own.unknown.design_input) is not None}
-    if not values or any(not x.limits[0] <= own.value <= x.limits[1] for x, own in values.items()):
+    values = {x: item for item in answer.identified if (x := item.unknown.design_input) is not None}
+    if not values or any(not x.limits[0] <= item.value <= x.limits[1] for x, item in values.items()):
         return None
     data = to_dict(scenario)
     tolerances = data["tolerances"] or {}
-    device, found = data["device"], answer.found
-    assert isinstance(found, Fitted)
+    device, fitted = data["device"], answer.found
+    assert isinstance(fitted, Fitted)
     if any(x in RESTITUTIONS for x in values):
         # Of one membrane alone the other stays; of both together their difference does.
-        bottom, top = (float(found.adjusted.model.device.value_of(x)) for x in RESTITUTIONS[1:])
+        bottom, top = (float(fitted.adjusted.model.device.value_of(x)) for x in RESTITUTIONS[1:])
         same = abs(bottom - top) < SAME_RESTITUTION
         one = same and DesignInput.RESTITUTION in values
         device.update(
@@ -373,13 +373,13 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
             tolerances.pop(x.value, None)
             tolerances.pop(percent_key(x), None)
     normal = tolerances.get("distribution") == Distribution.NORMAL.value
-    for x, own in values.items():
+    for x, item in values.items():
         *blocks, key = x.path.split(".")
         if x not in RESTITUTIONS:
-            reduce(dict.__getitem__, blocks, data)[key] = own.value
+            reduce(dict.__getitem__, blocks, data)[key] = item.value
         tolerances.pop(percent_key(x), None)
         # Of a normal distribution a tolerance is three standard deviations.
-        tolerances[x.value] = 3 * own.error if normal else own.half
+        tolerances[x.value] = 3 * item.error if normal else item.half
     if shaker is not None:
         # With the errors that they were taken with, among them what the scenario said of them.
         for prior in answer.inquiry.priors:
@@ -389,9 +389,9 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
                 tolerances.pop(percent_key(varied), None)
                 tolerances[varied.value] = (3 if normal else NORMAL_HALF) * prior.deviation
         data["excitation"]["harmonics"] = [
-            {"order": own.order, "percent": own.percent, "phase_deg": own.phase_deg}
-            for own in shaker.harmonics
-            if own.significant
+            {"order": item.order, "percent": item.percent, "phase_deg": item.phase_deg}
+            for item in shaker.harmonics
+            if item.significant
         ]
     data["tolerances"] = tolerances if "tolerances" not in keys_left_out(Scenario) else None
     data["measured"] = data["excitation"]["record"] = None  # what was there is of another record, in another folder
@@ -404,17 +404,17 @@ def _opened(
     answer: Identification, share: MeasuredShare | None, held: HeldHarmonics | None, words: Words
 ) -> Iterator[str]:
     """What the opening has as well: here with all numbers, and as reasons."""
-    found, misfit = answer.found, answer.misfit
-    if isinstance(found, Fitted):
-        missed = sum(gap.missed_s is not None for gap in found.gaps)
-        weighted = found.adjusted.equations.relative is not None
-        counts = (missed, len(found.false), found.lost)
-        told = words("summary", len(found.impacts), answer.timing_error_s, *counts, weighted)
+    fitted, misfit = answer.found, answer.misfit
+    if isinstance(fitted, Fitted):
+        missed = sum(gap.missed_s is not None for gap in fitted.gaps)
+        weighted = fitted.adjusted.equations.relative is not None
+        counts = (missed, len(fitted.false), fitted.lost)
+        summary = words("summary", len(fitted.impacts), answer.timing_error_s, *counts, weighted)
         if misfit.accepted:
-            p = "" if misfit.p_value is None else f" (p = {shown(misfit.p_value, ROUGHLY)})"
-            yield f"{told} {words('reason', misfit).capitalize()}{p}."
+            p = "" if misfit.p_value is None else f" (p = {print_rounded(misfit.p_value, ROUGHLY)})"
+            yield f"{summary} {words('reason', misfit).capitalize()}{p}."
         else:
-            yield told
+            yield summary
     if not misfit.accepted:
         yield f"The data contradict the model: {words('reason', misfit)}."
     if share is not None:
@@ -432,13 +432,13 @@ def _parts(
         yield words("rounded", answer.rounding)
     rows = tuple(
         (
-            words("name_of", own.unknown),
-            measured(own.value, own.error),
-            shown(own.error, ROUGHLY),
-            *(measured(end, own.error) for end in (own.low, own.high)),
-            own.unknown.unit,
+            words("name_of", adjustment.unknown),
+            measured(adjustment.value, adjustment.error),
+            print_rounded(adjustment.error, ROUGHLY),
+            *(measured(end, adjustment.error) for end in (adjustment.low, adjustment.high)),
+            adjustment.unknown.unit,
         )
-        for own in answer.identified
+        for adjustment in answer.identified
     )
     if rows:
         columns = (*texts("Input"), *numbers("Value", "Standard error", "From", "To"), *texts("Unit"))

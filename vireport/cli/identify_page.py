@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vireport.gate.alerts import Alert
-from vireport.gate.opening import Opening, WordedOpening
 from vireport.scenario.loading import Loaded
+from vireport.study.judging.alerts import Alert
+from vireport.study.judging.opening import Opening, WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.text.formatting import tied
 from vireport.text.tables import Table
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture

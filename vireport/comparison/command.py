@@ -8,12 +8,12 @@ import typer
 
 from vireport.base.errors import UsageError
 from vireport.base.files import require_writable
-from vireport.command import options as given
-from vireport.command.declared import CommandPanel, DeclaredCommand, formats_of
-from vireport.command.formats import FIGURES, PAGES, CommandFormats, format_option
-from vireport.command.inputs import read_earlier_run, read_scenario
-from vireport.command.options import figure_width_mm, recorded, refuse, refuse_files_beside_json
-from vireport.command.outcome import CommandOutcome, deliver, progress, tell
+from vireport.cli import options as given
+from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
+from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
+from vireport.cli.inputs import read_earlier_run, read_scenario
+from vireport.cli.options import figure_width_mm, recorded, refuse, refuse_files_beside_json
+from vireport.cli.outcome import CommandOutcome, deliver, progress, tell
 
 COMPARE = CommandFormats("compare", (*PAGES, *FIGURES, "json", "csv", "markdown"), (*PAGES, "png", "json", "csv"))
 
@@ -55,8 +55,7 @@ def compare(
         return
     refuse(context, "without --exit-code no changes are listed", "tolerance", "markdown")
     refuse_files_beside_json(context, "comparison")
-    from vireport.changes.diff_outputs import rerun_text
-    from vireport.command.outputs import file_names
+    from vireport.cli.outputs import file_names
     from vireport.comparison.comparison import compare as compare_scenarios
     from vireport.comparison.outputs import (
         COMPARISON_FILES,
@@ -66,6 +65,7 @@ def compare(
         comparison_provenance,
         folder_of,
     )
+    from vireport.report.changes.diff_outputs import rerun_text
 
     command, formats = recorded(context), formats_of(COMPARE, format_)
     width_mm = figure_width_mm(figure_width, formats)
@@ -116,8 +116,8 @@ def _changes(
             f"{old} is no results.json and no report, and {new} is one: were they swapped? (vireport compare {new} "
             f"{old} --exit-code)"
         )
-    from vireport.changes.baseline import diff, read_baseline
-    from vireport.changes.diff_outputs import diff_json, diff_markdown, diff_text
+    from vireport.report.changes.baseline import diff, read_baseline
+    from vireport.report.changes.diff_outputs import diff_json, diff_markdown, diff_text
     from vireport.study.plan import Task
     from vireport.study.study import analyse
 

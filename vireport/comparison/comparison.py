@@ -18,25 +18,25 @@ from msgspec import Struct
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import WorkStep
-from vireport.changes.quantities import QuantityGroup, compared_scenarios
-from vireport.changes.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.comparison.opening import comparison_opening
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, rank_studies, ranking_table, remarks
 from vireport.comparison.variants import Item, Variant, Vary, variants
+from vireport.report.changes.quantities import QuantityGroup, compared_scenarios
+from vireport.report.changes.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.scenario.blocks import to_dict
 from vireport.study.plan import Task, plan
 from vireport.study.results import SCHEMA_VERSION
 from vireport.study.study import Study, analyse
 from vireport.text.foreign import visible
 from vireport.text.formatting import Exactness
+from vireport.text.said import Said, words_of
 from vireport.text.tables import html_table
-from vireport.wording.said import Said, words_of
 
 _said = words_of("compare")
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
-    from vireport.gate.opening import Opening
+    from vireport.study.judging.opening import Opening
 
 COMPARED_FIGURES = ("figure-2", "figure-4", "figure-7")
 """Figures that are drawn of each scenario, beside one another."""

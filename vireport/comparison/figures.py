@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.changes.sentences import listed
 from vireport.comparison.comparison import (
     COMPARED_FIGURES,
     OVERLAY,
@@ -26,9 +25,10 @@ from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.style import Color, Picture, Sheet, drawn_for, literal, sheet
 from vireport.figures.sweeps import Drawing, drawing_of, sweep_figure
 from vireport.physics.motion import Symmetry
+from vireport.report.changes.sentences import listed
 from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task
-from vireport.wording.said import Said, words_of
+from vireport.text.said import Said, words_of
 
 _said = words_of("compare")
 
@@ -77,11 +77,11 @@ def _overlaid(comparison: Comparison, templates: Path | None) -> Iterator[Pictur
     unstable = [name for name, drawing in drawn.items() if not has_stable(drawing)]
     if 0 < len(unstable) < len(drawn):
         remarks.append(_said("no_stable_voltage", listed(unstable)))
-    shown = _said("overlay_caption_remarks", axis, remarks) if remarks else _said("overlay_caption", axis)
+    remarked = _said("overlay_caption_remarks", axis, remarks) if remarks else _said("overlay_caption", axis)
     ranked = [scenario for scenario in comparison.ranking if scenario.name in drawn]
     ranges = [_said("stable_range", scenario.name, scenario.said(Merit.RANGE)) for scenario in ranked]
     description = _said("overlay_alt", len(drawn), axis, ranges)
-    title, caption, alt = (said.words(templates) for said in (_said("overlay_title"), shown, description))
+    title, caption, alt = (said.words(templates) for said in (_said("overlay_title"), remarked, description))
 
     yield Picture(OVERLAY, title, caption, alt, overlay(drawn, parameter))
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from vireport.changes.sentences import NOTHING, listed
 from vireport.comparison.ranking import FIRST, RANKED_DIGITS, VOLTAGES, Merit, Ranked, held_against
-from vireport.gate.opening import Opening, Statement, gravest
-from vireport.gate.verdict import AnyConclusion, Status
+from vireport.report.changes.sentences import NOTHING, listed
+from vireport.study.judging.opening import Opening, Statement, gravest
+from vireport.study.judging.verdict import AnyConclusion, Status
 from vireport.text.formatting import ABSENT, percent
-from vireport.wording.said import Said, words_of
+from vireport.text.said import Said, words_of
 
 _said = words_of("compare")
 

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from vireport.command.outcome import CommandOutcome
-from vireport.command.outputs import file_names
+from vireport.cli.outcome import CommandOutcome
+from vireport.cli.outputs import file_names
 from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
 from vireport.comparison.ranking import ranking_table, remarks
 from vireport.comparison.variants import MOST_SCENARIOS
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import csv_bytes, json_bytes
+from vireport.text.said import Said
 from vireport.text.tables import plain_text
-from vireport.wording.said import Said
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -159,4 +159,4 @@ def compare_outcome(
     files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
     stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
     other_files = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
-    return CommandOutcome(files=files, stale=stale, beside=other_files, summary=summary)
+    return CommandOutcome(files=files, stale=stale, other_files=other_files, summary=summary)

@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.changes.quantities import QuantityGroup
-from vireport.changes.sentences import NOTHING, listed
-from vireport.changes.table import ComparisonRow
 from vireport.comparison.comparison import (
     BESIDE_ONE_ANOTHER,
     COMPARED_FIGURES,
@@ -22,13 +19,16 @@ from vireport.comparison.comparison import (
     left_out,
 )
 from vireport.comparison.ranking import margins_table, ranking_table, remarks
-from vireport.gate.opening import WordedOpening
+from vireport.report.changes.quantities import QuantityGroup
+from vireport.report.changes.sentences import NOTHING, listed
+from vireport.report.changes.table import ComparisonRow
 from vireport.scenario.parameters import Parameter
+from vireport.study.judging.opening import WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.study.results import SWEEP_END
-from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, shown, words, written
+from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, print_rounded, words, written
+from vireport.text.said import Said, spoken, words_of
 from vireport.text.tables import Table, numbers, texts
-from vireport.wording.said import Said, spoken, words_of
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
@@ -188,7 +188,7 @@ def _plain(text: str) -> str:
 def _numbers(row: ComparisonRow, part: slice, exactness: Exactness, templates: Path | None) -> Iterator[str]:
     """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
     values = [value for value in row.values if value is not None]
-    printed = apart(values, exactness) if row.change != 0 else [shown(value, exactness) for value in values]
+    printed = apart(values, exactness) if row.change != 0 else [print_rounded(value, exactness) for value in values]
     texts = dict(zip(values, printed, strict=True))
     for cell in row.cells[part]:
         if cell.value is None:

@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.changes.sentences import NOTHING, listed
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint
-from vireport.gate.opening import margin_said
-from vireport.gate.verdict import AddedConclusion, AnyConclusion
+from vireport.report.changes.sentences import NOTHING, listed
 from vireport.scenario.parameters import DesignInput
+from vireport.study.judging.opening import margin_said
+from vireport.study.judging.verdict import AddedConclusion, AnyConclusion
 from vireport.study.study import Study
 from vireport.text.foreign import visible
-from vireport.text.formatting import ABSENT, percent, quantity, shown
+from vireport.text.formatting import ABSENT, percent, print_rounded, quantity
+from vireport.text.said import Said, spoken, words_of
 from vireport.text.tables import Table, numbers, texts
-from vireport.wording.said import Said, spoken, words_of
 
 _said = words_of("compare")
 
@@ -153,7 +153,7 @@ class Ranked(Struct, frozen=True, eq=False):
         if value is None:
             return ABSENT
         if merit is Merit.RECOVERY:
-            return _said("periods", shown(-value))
+            return _said("periods", print_rounded(-value))
         if withstood is not None and withstood.jump_m_s is not None:
             return quantity(withstood.jump_m_s, "m/s")
         return _said("more_than", quantity(_withstands_all(self.study) or 0.0, "m/s"))

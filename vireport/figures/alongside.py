@@ -117,7 +117,7 @@ class Paper(Struct, eq=False):
 
         big = sheet().text
         half, shape, size = half_of(text, big), np.array(area.shape), np.array(self.size)
-        free, told = area.copy(), False
+        free, placed = area.copy(), False
         rooms = []
         for clouds in (self.solid, self.thin):
             for cloud in clouds:
@@ -133,11 +133,11 @@ class Paper(Struct, eq=False):
                 if inside[place] * TEXT_ROOM > 1:
                     x, y = ((np.array(place) + 0.5) / shape * size).tolist()
                     self.put(text, (x, y, 0.0), big, **{"zorder": 2.2} | look)
-                    told = True
+                    placed = True
                     break
-            if told and not every:
+            if placed and not every:
                 break
-        return told
+        return placed
 
     def block(self, place: Place, half: Floats) -> None:
         """Add a name to what is there."""
@@ -154,7 +154,7 @@ class Paper(Struct, eq=False):
             return
         way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))])
         stations = np.linspace(0, way[-1], STATIONS + 2)[1:-1]
-        for station in sorted(stations.tolist(), key=lambda own: abs(own - way[-1] / 2)):
+        for station in sorted(stations.tolist(), key=lambda pair: abs(pair - way[-1] / 2)):
             part = curve[(way >= station - length / 2) & (way <= station + length / 2)]
             if len(part) < 2 or np.hypot(*(part[-1] - part[0])) < 0.9 * length:
                 continue
@@ -199,8 +199,8 @@ def dense(points: Floats) -> Floats:
     steps = np.hypot(*np.diff(points, axis=0).T)
     counts = np.where(np.isfinite(steps), np.minimum(steps / DENSE, 1e4), 0).astype(int) + 1
     pieces = [a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(points, points[1:], counts, strict=False)]
-    found = np.concatenate([*pieces, points[-1:]])
-    return np.asarray(found[np.isfinite(found).all(axis=1)])
+    points_between = np.concatenate([*pieces, points[-1:]])
+    return np.asarray(points_between[np.isfinite(points_between).all(axis=1)])
 
 
 def covered(place: Place, half: Floats, cloud: Floats) -> int:

@@ -51,8 +51,8 @@ MOST_ENDS = 4
 
 def picture(study: Study, templates: Path | None = None) -> Picture | None:
     """The figure with its words; None where no motion lies in the sweep."""
-    shown = stretches(study.solution)
-    if not shown:
+    drawn_stretches = stretches(study.solution)
+    if not drawn_stretches:
         return None
     ends = _ends(study)
     words = {

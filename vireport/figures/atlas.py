@@ -80,7 +80,7 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
     """The figure with its words."""
     families = atlas.shown
     words = {family.word.letters for family in families if family.stable_runs}
-    shown = {
+    facts = {
         "held": held(study),
         "swept": atlas.sweep.parameter,
         "simulated": study.crosscheck is not None,
@@ -90,7 +90,7 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
         "vertices": len(_shown_vertices(atlas)),
         "stable": sorted(words, key=lambda word: (len(word), word)),
     }
-    return pictured(Task.FIGURE_ATLAS, shown, figure_atlas(study, atlas), templates)
+    return pictured(Task.FIGURE_ATLAS, facts, figure_atlas(study, atlas), templates)
 
 
 def _shown_vertices(atlas: Atlas) -> list[Point]:
@@ -121,7 +121,7 @@ def figure_atlas(study: Study, atlas: Atlas) -> Figure:
 
 def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    shown = {
+    facts = {
         "held": held(study),
         "swept": atlas.sweep.parameter,
         "best": next(iter(ladder(atlas.shown, membrane)), None),
@@ -129,7 +129,7 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
         "found": len(atlas.families),
         "exactness": study.evidence.exactness,
     }
-    return pictured(Task.FIGURE_LADDER, shown, figure_ladder(study, atlas, membrane), templates)
+    return pictured(Task.FIGURE_LADDER, facts, figure_ladder(study, atlas, membrane), templates)
 
 
 def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:

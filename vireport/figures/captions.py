@@ -28,8 +28,8 @@ from vireport.scenario.blocks import Approach
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.study.plan import AnyTask, Task
 from vireport.study.study import Study
-from vireport.text.formatting import exact, given
-from vireport.wording.templates import Words
+from vireport.text.formatting import exact, print_stated
+from vireport.text.templates import Words
 
 LAMBDA_LIMIT = 1.6
 """Size of the eigenvalues up to which figure 4 shows them; beyond, how unstable a motion is does not matter."""
@@ -53,26 +53,26 @@ FILES = {
 """Templates of the words of each figure of the core; those of figures that are not drawn are not read."""
 
 
-def pictured(name: AnyTask, shown: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
+def pictured(name: AnyTask, facts: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
     """A figure with its words.
 
     Parameters
     ----------
     name : Task or AddedTask
         Of an addition, the words are in the file that is named as the figure, without ``figure-``.
-    shown : mapping
+    facts : mapping
         What the macros of the figure know as ``x``.
     figure : Figure
     templates : Path, optional
         A folder whose words come before the package's own.
     """
-    caption, alt = _said(name, "caption", templates, shown), alt_text(name, shown, templates)
+    caption, alt = _said(name, "caption", templates, facts), alt_text(name, facts, templates)
     return Picture(name, title_of(name, templates), caption, alt, figure)
 
 
-def alt_text(name: AnyTask, shown: Mapping[str, Any], templates: Path | None = None) -> str:
+def alt_text(name: AnyTask, facts: Mapping[str, Any], templates: Path | None = None) -> str:
     """A description of what a figure shows for those who do not see it."""
-    return _said(name, "alt", templates, shown)
+    return _said(name, "alt", templates, facts)
 
 
 def title_of(name: AnyTask, templates: Path | None = None) -> str:
@@ -85,9 +85,9 @@ def about(name: Task, templates: Path | None = None) -> str:
     return _said(name, "about", templates)
 
 
-def _said(name: AnyTask, part: str, templates: Path | None, *shown: Mapping[str, Any]) -> str:
+def _said(name: AnyTask, part: str, templates: Path | None, *facts: Mapping[str, Any]) -> str:
     file = FILES[name] if isinstance(name, Task) else name.removeprefix("figure-")
-    return Words(f"figures/{file}", templates)(f"{name.replace('-', '_')}_{part}", *shown)
+    return Words(f"figures/{file}", templates)(f"{name.replace('-', '_')}_{part}", *facts)
 
 
 def conditions(study: Study, varied: Parameter | None = None) -> str:
@@ -124,22 +124,25 @@ def restitutions_of(device: Device) -> list[str]:
 
 def friction_of(device: Device) -> list[str]:
     """The friction of the ball as text, if there is any."""
-    return [f"friction {given(device.friction)}"] if device.friction else []
+    return [f"friction {print_stated(device.friction)}"] if device.friction else []
 
 
 def harmonics_of(device: Device) -> list[str]:
     """The harmonics of the force as text."""
-    return [f"harmonic {own.order}: {given(100 * own.share)} %, {given(own.phase_deg)}°" for own in device.harmonics]
+    return [
+        f"harmonic {harmonic.order}: {print_stated(100 * harmonic.share)} %, {print_stated(harmonic.phase_deg)}°"
+        for harmonic in device.harmonics
+    ]
 
 
 def _restitutions(device: Device, varied: Collection[str]) -> list[str]:
     """Those that are held; where that of one membrane varies the other's, and neither where both do."""
-    given = [name for name in device.inputs if name in RESTITUTIONS]
+    specified = [name for name in device.inputs if name in RESTITUTIONS]
     if moved := [name for name in RESTITUTIONS if name in varied]:
-        given = [name for name in RESTITUTIONS[1:] if name not in moved and RESTITUTIONS[0] not in moved]
+        specified = [name for name in RESTITUTIONS[1:] if name not in moved and RESTITUTIONS[0] not in moved]
     law = device.law
     falls = "" if law is None else f" (v/{exact(law.speed)} m/s)^{exact(law.exponent)}"
-    return [f"{name.symbol} = {exact(device.value_of(name))}{falls}" for name in given]
+    return [f"{name.symbol} = {exact(device.value_of(name))}{falls}" for name in specified]
 
 
 def swept_range(study: Study) -> str:
@@ -190,13 +193,13 @@ class MeasuredShown(Struct, frozen=True):
 
 def measured_shown(study: Study) -> str:
     """What of the measured impacts is in a figure, in words; "" where nothing is."""
-    known = [at for at in study.measured if at.shown is not None]
-    if not known:
+    drawable = [at for at in study.measured if at.shown is not None]
+    if not drawable:
         return ""
-    words = dict.fromkeys(at.motion.word.letters for at in known if at.motion is not None)
-    loose = sum(at.motion is None for at in known)
-    ways = {Approach.UP, Approach.DOWN} <= {at.direction for at in known}
-    return Words("measured")("points", MeasuredShown(len(known), tuple(words), loose, ways))
+    words = dict.fromkeys(at.motion.word.letters for at in drawable if at.motion is not None)
+    loose = sum(at.motion is None for at in drawable)
+    ways = {Approach.UP, Approach.DOWN} <= {at.direction for at in drawable}
+    return Words("measured")("points", MeasuredShown(len(drawable), tuple(words), loose, ways))
 
 
 def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> dict[str, Any]:
@@ -229,11 +232,11 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
 
 def _share_from_rest(study: Study) -> float | None:
     """Share of the sweep on which the ball comes to a 1:1 motion from rest; None where that was not looked for."""
-    along = study.switched_on.over_sweep if study.switched_on is not None else ()
-    if not along:
+    over_sweep = study.switched_on.over_sweep if study.switched_on is not None else ()
+    if not over_sweep:
         return None
-    reached = sum(stretch.end - stretch.start for stretch in along if stretch.outcome.reached)
-    return reached / (along[-1].end - along[0].start)
+    reached = sum(stretch.end - stretch.start for stretch in over_sweep if stretch.outcome.reached)
+    return reached / (over_sweep[-1].end - over_sweep[0].start)
 
 
 def _doubled(study: Study) -> list[str]:

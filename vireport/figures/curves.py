@@ -239,21 +239,21 @@ def simulated_points(study: Study) -> PairedImpacts | None:
     if study.solution.sweep is None:
         return None
     if check is not None:
-        met = [
+        settled = [
             (value, d, cycle)
             for value, d, attractors in zip(check.values, check.groups.d, check.found, strict=True)
             for cycle in _distinct(attractors)
         ]
     else:
-        met = [(each.value, each.d, each.motion) for each in study.attractors_from_rest if each.motion is not None]
+        settled = [(each.value, each.d, each.motion) for each in study.attractors_from_rest if each.motion is not None]
     families = () if study.atlas is None else study.atlas.doubled(ratio)
     drawn = {("BT", ratio), *((family.word.letters, family.word.periods) for family in families)}
-    met = [(value, d, cycle) for value, d, cycle in met if (cycle.word, cycle.period) in drawn]
-    if check is None and not met:
+    settled = [(value, d, cycle) for value, d, cycle in settled if (cycle.word, cycle.period) in drawn]
+    if check is None and not settled:
         return None
     rows: list[tuple[float, float, Floats]] = []
     motion: list[int] = []
-    for k, (value, d, cycle) in enumerate(met):
+    for k, (value, d, cycle) in enumerate(settled):
         impacts = list(_paired(cycle))
         motion += [k] * len(impacts)
         rows += [(value, d, impact) for impact in impacts]

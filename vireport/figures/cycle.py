@@ -45,13 +45,13 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
     cycles, membrane = cycles_at_design(study), study.solution.membrane
     if not cycles or membrane is None:
         return None
-    shown = {
+    facts = {
         "cycles": tuple(zip(PLACES, cycles, strict=True)),
         "bias_v": membrane.bias_voltage_v,
         "breakdown_v": _breakdown_v(membrane),
         "exactness": study.evidence.exactness,
     }
-    return pictured(Task.FIGURE_CYCLE, shown, figure_cycle(cycles, membrane, study.evidence.exactness), templates)
+    return pictured(Task.FIGURE_CYCLE, facts, figure_cycle(cycles, membrane, study.evidence.exactness), templates)
 
 
 def cycles_at_design(study: Study) -> tuple[ElectricalCycle, ...]:

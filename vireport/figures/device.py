@@ -66,12 +66,12 @@ ARROW = {"arrowstyle": "<->", "color": Color.BLACK, "linewidth": 0.9, "shrinkA":
 def picture(study: Study, templates: Path | None = None) -> Picture:
     """The figure with its words."""
     motion = shown_motion(study)
-    shown = {"dimensions": list(dict.fromkeys([*held(study), *_masses(study)])), "motion": "", "other": False}
+    facts = {"dimensions": list(dict.fromkeys([*held(study), *_masses(study)])), "motion": "", "other": False}
     if motion is not None:
         words, other, (time, distance) = motion
         shares = dict.fromkeys(float(f"{at / time[-1]:.3g}") for at in time[distance > 1 - AT_WALL])
-        shown |= {"motion": words, "other": other, "at_top": list(shares)}
-    drawn = pictured(Task.FIGURE_DEVICE, shown, figure_device(study), templates)
+        facts |= {"motion": words, "other": other, "at_top": list(shares)}
+    drawn = pictured(Task.FIGURE_DEVICE, facts, figure_device(study), templates)
     first = study.plan.runs(Task.PDF) and study.solution.sweep is None
     return replace(drawn, on_paper=HIGHER) if first else drawn
 
@@ -103,7 +103,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
     motions = design.motions
     stable = motions.admissible_mask & motions.stable_mask
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
-        from vireport.atlas.portraits import portrait_of
+        from vireport.motions.atlas.portraits import portrait_of
 
         _, motion = others[0]
         portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")

@@ -171,7 +171,7 @@ def _values(diagram: Diagram, group: Group) -> NDArray[np.int64]:
 def picture(study: Study, diagram: Diagram, values: Floats, d: Floats, templates: Path | None = None) -> Picture:
     """The diagram with its words; a table has at how many values each motion was found."""
     ends = [(group[0], values[_values(diagram, group)]) for group in groups(diagram)] if len(diagram.index) else []
-    shown = {
+    facts = {
         "held": held(study),
         "swept": study.solution.parameter,
         "simulated": len(values),
@@ -180,4 +180,4 @@ def picture(study: Study, diagram: Diagram, values: Floats, d: Floats, templates
         ],
         "still": [label for label in diagram.labels if label in WITHOUT_IMPACTS],
     }
-    return pictured(Task.FIGURE_DIAGRAM, shown, figure_diagram(study, diagram, values, d), templates)
+    return pictured(Task.FIGURE_DIAGRAM, facts, figure_diagram(study, diagram, values, d), templates)

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vireport.checks.hysteresis import Hysteresis
 from vireport.figures.captions import conditions, held, measured_shown, pictured
 from vireport.figures.curves import DrawnCurve, joined
 from vireport.figures.diagram import one_to_one_curves
@@ -31,9 +30,10 @@ from vireport.figures.style import (
 from vireport.figures.sweeps import Drawing, drawing_of
 from vireport.scenario.blocks import Direction
 from vireport.simulation.following import Course, Jump
+from vireport.study.checks.hysteresis import Hysteresis
 from vireport.study.plan import Task
 from vireport.study.study import Study
-from vireport.text.formatting import shown
+from vireport.text.formatting import print_rounded
 
 HEIGHT = 3.8
 """Height of the panel [in]."""
@@ -53,24 +53,24 @@ BAND: Look = {"color": Color.LIGHT, "alpha": 0.4, "linewidth": 0}
 
 def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    shown = {
+    facts = {
         "held": held(study),
         "swept": study.solution.parameter,
         "jumps": sum(len(course.jumps) for course in slowly.courses.values()),
         "loops": slowly.loops,
         "measured": measured_shown(study),
     }
-    return pictured(Task.FIGURE_HYSTERESIS, shown, figure_hysteresis(study, slowly), templates)
+    return pictured(Task.FIGURE_HYSTERESIS, facts, figure_hysteresis(study, slowly), templates)
 
 
 def figure_hysteresis(study: Study, slowly: Hysteresis) -> Figure:
     """Velocities of all impacts met on the way up and on the way down, over the stable motions that are known."""
     drawing, labels, names = drawing_of(study), [], {Direction.UP: "upwards", Direction.DOWN: "downwards"}
-    known = _stable(drawing)
+    stable_curves = _stable(drawing)
     with style():
         figure, ((axes,),) = blank(1)
-        if known:
-            axes.plot(*joined(known), **STABLE)
+        if stable_curves:
+            axes.plot(*joined(stable_curves), **STABLE)
         for loop in slowly.loops:
             axes.axvspan(*(drawing.axis.of_value(end) for end in (loop.low, loop.high)), **BAND)
         for direction, course in slowly.courses.items():
@@ -82,20 +82,20 @@ def figure_hysteresis(study: Study, slowly: Hysteresis) -> Figure:
         for direction, course in slowly.courses.items():
             labels += [_jump(axes, drawing.axis, jump, LOOKS[direction]) for jump in course.jumps]
         ways: list[Entry] = [(names[way], LOOKS[way] | {"markersize": 4.8}) for way in slowly.courses]
-        notes: list[Entry] = [("stable motion, analytic", STABLE)] if known else []
+        notes: list[Entry] = [("stable motion, analytic", STABLE)] if stable_curves else []
         heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes, *entries]]
         return finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
 
 
 def _measured(axes: Axes, drawing: Drawing) -> list[Entry]:
     """Draw the velocities of measured impacts, and return their entries in the legend."""
-    known = drawing.study.measured
-    if not known:
+    records = drawing.study.measured
+    if not records:
         return []
     from vireport.figures.measured import draw, impact_marks, legend, speed
 
-    draw(axes, impact_marks(known, speed, (Color.BLACK, Color.BLACK)), drawing.axis.of_value)
-    return legend(known)
+    draw(axes, impact_marks(records, speed, (Color.BLACK, Color.BLACK)), drawing.axis.of_value)
+    return legend(records)
 
 
 def _stable(drawing: Drawing) -> list[DrawnCurve]:
@@ -113,12 +113,12 @@ def _stable(drawing: Drawing) -> list[DrawnCurve]:
 
 def _draw(axes: Axes, axis: SweepAxis, course: Course, look: Look) -> None:
     """Draw the impacts at each value; of motions that are not periodic as dots."""
-    for periodic, own in ((True, look), (False, look | LOOSE | {"markerfacecolor": look["color"]})):
+    for periodic, marks in ((True, look), (False, look | LOOSE | {"markerfacecolor": look["color"]})):
         stages = [stage for stage in course.stages if (stage.attractor.cycle is not None) is periodic]
         x = [np.full(len(stage.impacts), axis.of_value(stage.value)) for stage in stages]
         speed = [np.abs(stage.impacts[:, 2]) for stage in stages]
         if stages:
-            axes.plot(np.concatenate(x), np.concatenate(speed), **own)
+            axes.plot(np.concatenate(x), np.concatenate(speed), **marks)
 
 
 def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
@@ -126,4 +126,4 @@ def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
     at, (low, high) = axis.of_value(jump.value), axes.get_ylim()
     axes.plot([at, at], [low, high], **(JUMP | {"color": look["color"], "marker": look["marker"], "markersize": 4.0}))
     y = np.linspace(high, low, 24)[1:-1]
-    return Label(shown(jump.value, jump.off), np.full(len(y), at), y, sheet().text - 1.5, look["color"])
+    return Label(print_rounded(jump.value, jump.off), np.full(len(y), at), y, sheet().text - 1.5, look["color"])

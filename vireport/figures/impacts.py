@@ -19,7 +19,7 @@ from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import Identification
 from vireport.measurement.records import Record
 from vireport.text.formatting import PREFIXES
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 HEIGHT, HIGHER = 1.25, 1.35
 """Of the panel of a membrane, and how much higher it is on the first page of a PDF [in]."""
@@ -46,18 +46,20 @@ def impacts_picture(answer: Identification, record: Record, templates: Path | No
     templates : Path, optional
         A folder whose words come before the package's own.
     """
-    words, found = Words("figures/impacts", templates), answer.found
-    fitted = isinstance(found, Fitted)
+    words, fit_found = Words("figures/impacts", templates), answer.found
+    fitted = isinstance(fit_found, Fitted)
     kind = "errors" if fitted else "phases"
 
-    shown = {
-        "impacts": len(found.kept) if isinstance(found, Fitted) else len(record.times),
+    facts = {
+        "impacts": len(fit_found.kept) if isinstance(fit_found, Fitted) else len(record.times),
         "every": _every(len(record.times)),
         "weighted": record.errors is not None,
         "name": Path(record.name).name,
     }
-    title, caption, alt = (words(f"figure_impacts_{kind}_{part}", shown) for part in ("title", "caption", "alt"))
-    drawn = figure_errors(found, answer.origin_s) if isinstance(found, Fitted) else figure_phases(answer, record)
+    title, caption, alt = (words(f"figure_impacts_{kind}_{part}", facts) for part in ("title", "caption", "alt"))
+    drawn = (
+        figure_errors(fit_found, answer.origin_s) if isinstance(fit_found, Fitted) else figure_phases(answer, record)
+    )
     return Picture(NAME, title, caption, alt, drawn, on_paper=HIGHER * len(SIDES))
 
 

@@ -70,18 +70,18 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
     if not labels:
         return
     panel = _Panel(axes)
-    shown: list[tuple[Label, Floats]] = []
+    visible_labels: list[tuple[Label, Floats]] = []
     for label in labels:
-        own = panel.inside(panel.points(np.column_stack([label.x, label.y]), axes.transData))
-        same = (k for k, (_, places) in enumerate(shown) if _coincide(own, places))
+        inside = panel.inside(panel.points(np.column_stack([label.x, label.y]), axes.transData))
+        same = (k for k, (_, places) in enumerate(visible_labels) if _coincide(inside, places))
         if (k := next(same, None)) is not None:
-            before, places = shown[k]
-            shown[k] = replace(before, text=f"{before.text}, {label.text}"), places
-        elif len(own):
-            shown.append((label, own))
-    for k, (label, own) in enumerate(shown):
-        others = [places for _, places in (*shown[:k], *shown[k + 1 :])]
-        _write(panel, label, own, np.concatenate([np.empty((0, 2)), *others]))
+            before, places = visible_labels[k]
+            visible_labels[k] = replace(before, text=f"{before.text}, {label.text}"), places
+        elif len(inside):
+            visible_labels.append((label, inside))
+    for k, (label, inside) in enumerate(visible_labels):
+        others = [places for _, places in (*visible_labels[:k], *visible_labels[k + 1 :])]
+        _write(panel, label, inside, np.concatenate([np.empty((0, 2)), *others]))
 
 
 def _coincide(points: Floats, others: Floats) -> bool:
@@ -166,16 +166,16 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     centres = (anchors[:, None, :] + offsets).reshape(-1, 2)
     order = np.repeat(np.arange(len(anchors)), len(offsets))
     far = np.tile(np.repeat(REACH, len(DIRECTIONS)), len(anchors))
-    own = np.hypot(*(centres - anchors[order]).T)
+    distances = np.hypot(*(centres - anchors[order]).T)
     to_others = np.hypot(*(centres.T[:, :, None] - others.T[:, None])).min(axis=1, initial=np.inf)
     cost = panel.covered(centres - half, centres + half) + FAR * far + LATER * order
     # A label that stands nearer to another point is read as the name of that one.
-    cost += NEARER_TO_OTHER * (to_others < own + CLEARANCE)
+    cost += NEARER_TO_OTHER * (to_others < distances + CLEARANCE)
     # A leader only adds to the cost: it is looked at where that is less than at every place without one.
     led = far >= LEADER_FROM
     rows = np.flatnonzero(led & (cost < cost[~led].min()))
     to_own = np.hypot(*(centres[rows].T[:, :, None] - anchors.T[:, None])).min(axis=1)
-    past_own = ON_LABEL * (own[rows] > to_own + CLEARANCE)  # a leader that goes past another of its points
+    past_own = ON_LABEL * (distances[rows] > to_own + CLEARANCE)  # a leader that goes past another of its points
     cost[rows] += panel.crossed(anchors[order[rows]], centres[rows]) + past_own
     best = int(np.argmin(cost))
     anchor, centre = anchors[order[best]], centres[best]

@@ -122,14 +122,14 @@ def finished(
     room = sum(heights) + LINE_GAP * (len(heights) + 1)
     place_panels(figure, height, room, aligned)
     top = LINE_GAP
-    for item, own in zip(heading, heights, strict=True):
+    for item, item_height in zip(heading, heights, strict=True):
         # From the corner, so that they stay there where the figure becomes higher.
         place = figure.transFigure + ScaledTranslation(EDGE, -top, figure.dpi_scale_trans)
         if isinstance(item, Legend):
             item.set_bbox_to_anchor((0, 1), transform=place)
         else:
             item.set(position=(0, 1), transform=place)
-        top += own + LINE_GAP
+        top += item_height + LINE_GAP
     figure.stretch = lambda more: place_panels(figure, height + more, room, aligned)
     for axes, texts in labels:
         write_labels(axes, texts)

@@ -51,50 +51,50 @@ class Marks(Struct, frozen=True, eq=False):
 
 
 def impact_marks(
-    known: Sequence[MeasuredAt], value: Callable[[ShownImpacts], tuple[Floats, Floats]], colors: tuple[str, str]
+    records: Sequence[MeasuredAt], value: Callable[[ShownImpacts], tuple[Floats, Floats]], colors: tuple[str, str]
 ) -> Iterator[Marks]:
     """What a panel shows of measured impacts, by a quantity with its standard errors; colours of bottom and top."""
-    for at in known:
-        if (own := at.impacts_shown) is None:
+    for at in records:
+        if (impacts := at.impacts_shown) is None:
             continue
-        y, error = value(own)
+        y, error = value(impacts)
         for wall, color in zip((1, -1), colors, strict=True):
-            rows = np.flatnonzero((own.walls == wall) & np.isfinite(y))
-            if not own.repeats:
+            rows = np.flatnonzero((impacts.walls == wall) & np.isfinite(y))
+            if not impacts.repeats:
                 rows = rows[-MOST_LOOSE:]
             bar = BAR * error[rows]
-            yield Marks(at, color, y[rows], y[rows] - bar, y[rows] + bar, own.repeats)
+            yield Marks(at, color, y[rows], y[rows] - bar, y[rows] + bar, impacts.repeats)
 
 
-def speed(own: ShownImpacts) -> tuple[Floats, Floats]:
+def speed(impacts: ShownImpacts) -> tuple[Floats, Floats]:
     """Magnitude of the velocity before the impacts [y_c], with standard errors."""
-    return np.abs(own.values[0]), own.errors[0]
+    return np.abs(impacts.values[0]), impacts.errors[0]
 
 
-def phase(own: ShownImpacts, cut: float) -> tuple[Floats, Floats]:
+def phase(impacts: ShownImpacts, cut: float) -> tuple[Floats, Floats]:
     """Phase of the impacts from `cut` on [rad], with standard errors."""
-    return cut + (own.values[2] - cut) % TURN, own.errors[2]
+    return cut + (impacts.values[2] - cut) % TURN, impacts.errors[2]
 
 
-def flight(own: ShownImpacts) -> tuple[Floats, Floats]:
+def flight(impacts: ShownImpacts) -> tuple[Floats, Floats]:
     """Half the time to the next impact, with standard errors."""
-    return own.values[3] / 2, own.errors[3] / 2
+    return impacts.values[3] / 2, impacts.errors[3] / 2
 
 
-def discriminant_marks(known: Sequence[MeasuredAt], color: str) -> Iterator[Marks]:
+def discriminant_marks(records: Sequence[MeasuredAt], color: str) -> Iterator[Marks]:
     """The discriminant of measured 1:1 motions."""
-    for at in known:
-        if (own := at.multipliers) is not None:
-            value, bar = np.array([own.discriminant]), BAR * own.discriminant_error
+    for at in records:
+        if (multipliers := at.multipliers) is not None:
+            value, bar = np.array([multipliers.discriminant]), BAR * multipliers.discriminant_error
             yield Marks(at, color, value, value - bar, value + bar, repeats=True)
 
 
-def eigenvalue_marks(known: Sequence[MeasuredAt], color: str) -> Iterator[Marks]:
+def eigenvalue_marks(records: Sequence[MeasuredAt], color: str) -> Iterator[Marks]:
     """The eigenvalues of measured 1:1 motions, or their real parts; bars between those of the ends of the trace's."""
-    for at in known:
-        if (own := at.multipliers) is not None:
-            traces = own.trace + BAR * own.trace_error * np.array([0.0, -1.0, 1.0])
-            for values in eigenvalues(traces, own.decay):
+    for at in records:
+        if (multipliers := at.multipliers) is not None:
+            traces = multipliers.trace + BAR * multipliers.trace_error * np.array([0.0, -1.0, 1.0])
+            for values in eigenvalues(traces, multipliers.decay):
                 yield Marks(at, color, values[:1], values.min(keepdims=True), values.max(keepdims=True), repeats=True)
 
 
@@ -140,12 +140,12 @@ def bars(axes: Axes, x: Floats, y: Floats, error: Floats | None, look: Look, acr
     axes.plot(x, y, **look)
 
 
-def legend(known: Iterable[MeasuredAt]) -> list[Entry]:
+def legend(records: Iterable[MeasuredAt]) -> list[Entry]:
     """The directions that occur, and whether something does not repeat itself."""
-    shown = [at for at in known if at.shown is not None]
-    ways = {at.direction for at in shown if at.motion is not None}
+    drawable = [at for at in records if at.shown is not None]
+    ways = {at.direction for at in drawable if at.motion is not None}
     entries: list[Entry] = [(name, look | {"color": Color.BLACK}) for way, (name, look) in WAYS.items() if way in ways]
-    if any(at.motion is None for at in shown):
+    if any(at.motion is None for at in drawable):
         loose = POINT | LOOSE | {"color": Color.BLACK, "markersize": 4.0}
         entries.append(("measured, does not repeat", loose))
     return entries

@@ -62,7 +62,7 @@ SMALLER: Look = {"markersize": 6.5}
 Values = Callable[[Drawing, Branch | DesignPoint], Floats | None]
 
 
-def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
+def overlay(drawings: Mapping[str, Drawing], over: Parameter | None) -> Figure:
     """Draw the motions of scenarios over one another, with the numbers of the legend beside the curves.
 
     Voltages are those of scenarios with stable motion, where there is one: another would only flatten their axis.
@@ -71,12 +71,12 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
     ----------
     drawings : mapping of str to Drawing
         By the names of the scenarios; as many as `SCENARIO_COLORS` at most.
-    along : Parameter or None
+    over : Parameter or None
         What all sweep; None for d.
     """
-    shown, looks = list(drawings.values()), [{"color": color} for color in SCENARIO_COLORS]
+    drawn, looks = list(drawings.values()), [{"color": color} for color in SCENARIO_COLORS]
     rows: list[tuple[str, Values]] = [("impact velocity, bottom [m/s]", _speed)]
-    steady = [drawing for drawing in shown if has_stable(drawing)] or shown
+    steady = [drawing for drawing in drawn if has_stable(drawing)] or drawn
     volts = [
         voltages.average_v
         for drawing in steady
@@ -92,15 +92,15 @@ def overlay(drawings: Mapping[str, Drawing], along: Parameter | None) -> Figure:
         labels = []
         for (label, values), axes in zip(rows, panels[:, 0], strict=True):
             axes.set_ylabel(label)
-            curves = [_draw(axes, x, along, values, look) for x, look in zip(shown, looks, strict=False)]
+            curves = [_draw(axes, x, over, values, look) for x, look in zip(drawn, looks, strict=False)]
             numbered = enumerate(zip(curves, SCENARIO_COLORS, strict=False), 1)
             labels.append((axes, [Label(str(k), x, y, color=color) for k, ((x, y), color) in numbered]))
             fit_vertically([axes])
-        _dress(panels[-1, 0], shown, along)
+        _dress(panels[-1, 0], drawn, over)
         letters = sheet().letters(sheet().across)
         names = (folded(f"{k} {literal(name)}", letters) for k, name in enumerate(drawings, 1))
         scenarios: list[Entry] = [(name, look | WIDTH) for name, look in zip(names, looks, strict=False)]
-        legends = [[*scenarios, *stability_legend(shown), *point_legend(shown)]]
+        legends = [[*scenarios, *stability_legend(drawn), *point_legend(drawn)]]
         return finished(figure, HEIGHT * len(rows) + AXIS, [], legends, labels, panels[:, 0])
 
 
@@ -120,16 +120,16 @@ def _voltage(motions: Branch | DesignPoint, power: int) -> Floats | None:
     return None if motions.voltages_by_motion is None else motions.voltages_by_motion.average_v / 10.0**power
 
 
-def _at(motions: Branch | DesignPoint, along: Parameter | None) -> Floats:
-    return np.asarray(motions.motions.d if along is None else motions.motions.sweep_value)
+def _at(motions: Branch | DesignPoint, over: Parameter | None) -> Floats:
+    return np.asarray(motions.motions.d if over is None else motions.motions.sweep_value)
 
 
-def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values, look: Look) -> DrawnCurve:
+def _draw(axes: Axes, drawing: Drawing, over: Parameter | None, values: Values, look: Look) -> DrawnCurve:
     """Draw the motions of one scenario; return where its number may stand: on its longest stable stretch, if any."""
     stretches = []
     for stable in (False, True):
         parts = [
-            (_at(part.branch, along)[part.rows], y[part.rows])
+            (_at(part.branch, over)[part.rows], y[part.rows])
             for part in drawing.parts
             if part.stable is stable and (y := values(drawing, part.branch)) is not None
         ]
@@ -143,23 +143,23 @@ def _draw(axes: Axes, drawing: Drawing, along: Parameter | None, values: Values,
         for branch, row in event.places:
             if (y := values(drawing, branch)) is not None:
                 marker = POINT | MARKERS[event.point.event] | look
-                axes.add_artist(Line2D([_at(branch, along)[row]], [y[row]], **marker))
+                axes.add_artist(Line2D([_at(branch, over)[row]], [y[row]], **marker))
     design = drawing.study.solution.design
     if design is not None and drawing.design_at is not None and (y := values(drawing, design)) is not None:
         chosen = design.motions.stable_mask
         marker = DESIGN | SMALLER | {"markerfacecolor": look["color"]}
-        axes.add_artist(Line2D(_at(design, along)[chosen], y[chosen], **marker))
+        axes.add_artist(Line2D(_at(design, over)[chosen], y[chosen], **marker))
     *_, x, y = max(stretches, key=lambda stretch: stretch[:2], default=(False, 0.0, np.empty(0), np.empty(0)))
     step = max(len(x) // LABELLED, 1)
     return x[::-step], y[::-step]
 
 
-def _dress(axes: Axes, drawings: Sequence[Drawing], along: Parameter | None) -> None:
+def _dress(axes: Axes, drawings: Sequence[Drawing], over: Parameter | None) -> None:
     """Give the axis along the sweeps, which holds all of them, its limits, ticks and label."""
     sweeps = [drawing.axis.sweep for drawing in drawings]
-    ends = [(sweep.start, sweep.end) if along is not None else sweep.coordinate_range for sweep in sweeps]
+    ends = [(sweep.start, sweep.end) if over is not None else sweep.coordinate_range for sweep in sweeps]
     low, high = (float(choose(np.ravel(ends))) for choose in (np.min, np.max))
     axes.set_xlim(*widened(low, high, MARGIN_X))
     axes.set_xticks(*round_ticks(low, high, sheet().across))
-    swept = "distance d = 4 M s f² / F [–]" if along is None else along.label
+    swept = "distance d = 4 M s f² / F [–]" if over is None else over.label
     axes.set_xlabel(swept)

@@ -16,10 +16,10 @@ from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.figures.style import style as styled
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
-from vireport.gate.findings import found_by
 from vireport.motions.families import Atlas
 from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
+from vireport.study.judging.findings import found_by
 from vireport.study.plan import Task
 from vireport.study.study import Study, require_study
 from vireport.text.formatting import OF_A_MODEL
@@ -62,8 +62,8 @@ def pictures(
     with drawn_for(Sheet.of(width_mm, style)), styled():
         drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
         drawn += _design(study, templates)
-        for finding, found in found_by(study.findings):
-            drawn += finding.pictures(found, study, templates)
+        for finding, result in found_by(study.findings):
+            drawn += finding.pictures(result, study, templates)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
 
@@ -85,8 +85,8 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
     check = study.crosscheck
     if check is None:
         return
-    others, asked = held(study, check.parameter), study.scenario.simulation
-    values = ((), ()) if asked is None else (asked.portraits, asked.displacement)
+    others, block = held(study, check.parameter), study.scenario.simulation
+    values = ((), ()) if block is None else (block.portraits, block.displacement)
     drawn = ((Task.FIGURE_3, check.portraits), (Task.FIGURE_6, check.displacements))
     for (name, motions), places in zip(drawn, values, strict=True):
         if study.plan.runs(name):
@@ -101,8 +101,8 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 def _measured_near(study: Study, value: float) -> ShownImpacts | None:
     """The impacts that were measured at a value of the swept parameter, the first of several records."""
-    there = (at for at in study.measured if isclose(at.value, value, rel_tol=SAME_VALUE) and at.shown is not None)
-    return next((at.impacts_shown for at in there), None)
+    near = (at for at in study.measured if isclose(at.value, value, rel_tol=SAME_VALUE) and at.shown is not None)
+    return next((at.impacts_shown for at in near), None)
 
 
 def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
@@ -120,14 +120,14 @@ def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Path | None) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
-    from vireport.atlas.portraits import portrait_of
+    from vireport.motions.atlas.portraits import portrait_of
 
     model, swept = model_of(families.sweep, ARRAYS), families.sweep.parameter
     named = ((name, families.named(name)) for name in names)
     chosen = ((f"{name}, {swept.place(at[0], OF_A_MODEL)}", at[1]) for name, at in named if at is not None)
-    shown = [portrait_of(model, motion, label) for label, motion in chosen]
-    if shown:
-        yield portraits_picture(shown, held(study), templates=templates)
+    portraits = [portrait_of(model, motion, label) for label, motion in chosen]
+    if portraits:
+        yield portraits_picture(portraits, held(study), templates=templates)
 
 
 def _design(study: Study, templates: Path | None) -> Iterator[Picture]:

@@ -145,11 +145,11 @@ def _beside_axis(axis: Any, scale: Axis, labels: dict[Axis, float]) -> Floats:
     """
     settings: Mapping[Any, Any] = matplotlib.rcParams
     room, params, name = np.zeros(4), axis.get_tick_params(), axis.axis_name
-    along, (lower, upper) = (0, (LEFT, RIGHT)) if name == "x" else (1, (BOTTOM, TOP))
+    direction, (lower, upper) = (0, (LEFT, RIGHT)) if name == "x" else (1, (BOTTOM, TOP))
     sides = [side for side in range(4) if side not in (lower, upper) and params.get(f"label{SIDES[side]}")]
     values = np.asarray(axis.get_majorticklocs(), dtype=float) if sides else np.empty(0)
     if len(values):
-        transform, length = scale.get_transform(), scale.axes.bbox.size[along]
+        transform, length = scale.get_transform(), scale.axes.bbox.size[direction]
         start, end = transform.transform(np.array(scale.get_view_interval()))
         before = (transform.transform(values) - start) / (end - start) * length
         font = FontProperties(size=params.get("labelsize", settings[f"{name}tick.labelsize"]))
@@ -158,16 +158,16 @@ def _beside_axis(axis: Any, scale: Axis, labels: dict[Axis, float]) -> Floats:
         for at, text in zip(before, texts, strict=True):
             if text and -ON_FRAME <= at <= length + ON_FRAME:
                 size = text_size(text, font)[0], line
-                beyond = size[along] / 2 - np.array([at, length - at])
+                beyond = size[direction] / 2 - np.array([at, length - at])
                 room[[lower, upper]] = np.maximum(room[[lower, upper]], beyond)
-                room[sides] = np.maximum(room[sides], pad + size[1 - along])
+                room[sides] = np.maximum(room[sides], pad + size[1 - direction])
         if axis.get_major_formatter().get_offset():
             room[TOP if name == "y" else sides] += FACTOR_GAP + line
     room = room.round(DIGITS)
     if axis.get_label_text():
         side = SIDES.index(str(axis.get_label_position()))
         labels[axis] = float(room[side] + axis.labelpad)
-        room[side] = labels[axis] + axis.label.get_window_extent().size[1 - along]
+        room[side] = labels[axis] + axis.label.get_window_extent().size[1 - direction]
     return room
 
 
@@ -189,21 +189,21 @@ def _margins(figure: Figure, around: Mapping[Axes, Surroundings], heading: float
         if (spec := panel.get_subplotspec()) is not None:
             places.setdefault(spec.get_topmost_subplotspec(), []).append(panel)
     rows, columns, *_ = next(iter(places)).get_geometry()
-    beside, between = np.zeros((rows, columns + 1)), np.zeros((rows + 1, columns))
+    gaps, between = np.zeros((rows, columns + 1)), np.zeros((rows + 1, columns))
     for spec, panels in places.items():
         inner = Bbox.union([panel.get_position(original=True) for panel in panels]).transformed(figure.transFigure)
         outer = [OUTWARDS * panel.bbox.extents + around[panel].room for panel in panels]
         room = np.max(outer, axis=0) - OUTWARDS * inner.extents
         across, down = slice(spec.colspan.start, spec.colspan.stop), slice(spec.rowspan.start, spec.rowspan.stop)
-        beside[down, across.start] += room[LEFT]
-        beside[down, across.stop] += room[RIGHT]
+        gaps[down, across.start] += room[LEFT]
+        gaps[down, across.stop] += room[RIGHT]
         between[down.start, across] += room[TOP]
         between[down.stop, across] += room[BOTTOM]
     width, height = figure.bbox.size
-    left, right = (max(beside[:, end].max(), 0.0) + EDGE for end in (0, -1))
+    left, right = (max(gaps[:, end].max(), 0.0) + EDGE for end in (0, -1))
     top, bottom = (max(between[end].max(), 0.0) + EDGE for end in (0, -1))
     top += heading
-    column_gap = beside[:, 1:-1].max(initial=0.0) + COLUMN_GAP
+    column_gap = gaps[:, 1:-1].max(initial=0.0) + COLUMN_GAP
     row_gap = between[1:-1].max(initial=0.0) + ROW_GAP
     panel_width = (width - left - right - column_gap * (columns - 1)) / columns
     panel_height = (height - top - bottom - row_gap * (rows - 1)) / rows

@@ -45,7 +45,7 @@ def mark_design(
         Where each bar ends, within the frame.
     """
     axes.add_artist(Line2D(*np.array(at)[:, None], **DESIGN))
-    shown = []
+    marked = []
     for varied, value in ends:
         end, limits = np.array(at, dtype=float), (axes.get_xlim(), axes.get_ylim())[varied]
         end[varied] = np.clip(value, min(limits), max(limits))
@@ -55,5 +55,5 @@ def mark_design(
         onward = (("<", ">"), ("v", "^"))[varied][value > at[varied]]
         beyond: Look = {} if end[varied] == value else {"marker": onward, "markersize": 6.0}
         axes.add_artist(Line2D(*end[:, None], **CAP | beyond))
-        shown.append((float(end[0]), float(end[1])))
-    return shown
+        marked.append((float(end[0]), float(end[1])))
+    return marked

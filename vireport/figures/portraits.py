@@ -37,7 +37,7 @@ from vireport.figures.style import (
 from vireport.physics.forcing import wave
 from vireport.simulation.attractors import Outcome
 from vireport.study.plan import Task
-from vireport.text.formatting import shown
+from vireport.text.formatting import print_rounded
 
 if TYPE_CHECKING:
     from vireport.simulation.trajectories import Portrait
@@ -157,15 +157,15 @@ def portraits_picture(
         figure = figure_3(portraits, words, measured)
     else:
         figure = figure_portraits(portraits, words)
-    shown = portraits_shown(name, portraits, held) | {"measured": sum(own is not None for own in measured)}
-    return pictured(name, shown, figure, templates)
+    facts = portraits_shown(name, portraits, held) | {"measured": sum(impacts is not None for impacts in measured)}
+    return pictured(name, facts, figure, templates)
 
 
 def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
     """What one of these figures shows, for its words."""
     columns = 1 if name == Task.FIGURE_6 else 2
     panels = [[letter_of(columns * k + column) for column in range(columns)] for k in range(len(portraits))]
-    motions = [{"panels": own, **_shown(portrait)} for own, portrait in zip(panels, portraits, strict=True)]
+    motions = [{"panels": panel, **_shown(portrait)} for panel, portrait in zip(panels, portraits, strict=True)]
     return {"held": held, "motions": motions, "measured": 0}
 
 
@@ -182,10 +182,10 @@ def _beside_phase_portraits(
     """
     columns = columns_of(2) if label and len(portraits) <= MOST_STACKED else 2
     height, ticks = _row_height(len(portraits)) if columns == 2 else (STACKED, int(3 * STACKED))
-    beside: dict[str, Any] = {"width_ratios": (LEFT, RIGHT), "sharey": "none" if label else "row"}
+    spacing: dict[str, Any] = {"width_ratios": (LEFT, RIGHT), "sharey": "none" if label else "row"}
     rows = 2 * len(portraits) // columns
     with style():
-        figure, panels = blank(rows, columns, **beside if columns == 2 else {})
+        figure, panels = blank(rows, columns, **spacing if columns == 2 else {})
         labels = []
         for k, (portrait, (left, right)) in enumerate(zip(portraits, panels.reshape(-1, 2), strict=True)):
             title(left, f"({letter_of(2 * k)}) {setting(portrait)}", columns)
@@ -193,8 +193,8 @@ def _beside_phase_portraits(
             left.set_ylabel("velocity Ż [–]" if height > WORDS_FROM else "Ż [–]")
             _phase_portrait(left, portrait)
             draw(right, portrait)
-            if k < len(measured) and (own := measured[k]) is not None:
-                _measured_states(left, right, portrait, own)
+            if k < len(measured) and (impacts := measured[k]) is not None:
+                _measured_states(left, right, portrait, impacts)
             if label:
                 right.set_ylabel(label)
                 fit_vertically([left], ticks)
@@ -232,8 +232,8 @@ def figure_6(
             title(axes, f"({letter_of(k)}) {setting(portrait)}: {motion_words(portrait)}")
             axes.set_ylabel("displacement X, x [–]" if height > WORDS_FROM else "X, x [–]")
             _displacement(axes, portrait, mass_ratio)
-            if k < len(measured) and (own := measured[k]) is not None:
-                _measured_displacements(axes, portrait, own, mass_ratio)
+            if k < len(measured) and (impacts := measured[k]) is not None:
+                _measured_displacements(axes, portrait, impacts, mass_ratio)
             fit_vertically([axes], ticks)
         axes.set_xlabel(TIME)
         legend: list[Entry] = [
@@ -325,49 +325,49 @@ def _displacement(axes: Axes, portrait: Portrait, mass_ratio: float) -> None:
 
 
 def _measured_entries(measured: Sequence[ShownImpacts | None]) -> list[Entry]:
-    return [("measured, 95 %", MEASURED)] if any(own is not None for own in measured) else []
+    return [("measured, 95 %", MEASURED)] if any(impacts is not None for impacts in measured) else []
 
 
-def _measured_states(left: Axes, right: Axes, portrait: Portrait, own: ShownImpacts) -> None:
+def _measured_states(left: Axes, right: Axes, portrait: Portrait, impacts: ShownImpacts) -> None:
     """Mark the velocities just before and just after measured impacts, over the position and over time."""
     from vireport.figures.measured import LOOSE, MOST_LOOSE, bars
 
-    (before, after), errors = own.values[:2], own.errors[:2]
-    look = MEASURED if own.repeats else MEASURED | LOOSE | {"markerfacecolor": MEASURED["color"]}
-    rows = slice(None) if own.repeats else slice(-MOST_LOOSE, None)
-    z = own.walls[rows] * portrait.d / 2
+    (before, after), errors = impacts.values[:2], impacts.errors[:2]
+    look = MEASURED if impacts.repeats else MEASURED | LOOSE | {"markerfacecolor": MEASURED["color"]}
+    rows = slice(None) if impacts.repeats else slice(-MOST_LOOSE, None)
+    z = impacts.walls[rows] * portrait.d / 2
     for values, error in ((before, errors[0]), (after, errors[1])):
-        bars(left, z, values[rows], error[rows] if own.repeats else None, look)
-    if own.repeats and moves(portrait):
-        t, places = measured_times(portrait, own)
+        bars(left, z, values[rows], error[rows] if impacts.repeats else None, look)
+    if impacts.repeats and moves(portrait):
+        t, places = measured_times(portrait, impacts)
         for values, error in ((before, errors[0]), (after, errors[1])):
             bars(right, periods(t), values[places], error[places], look)
 
 
-def _measured_displacements(axes: Axes, portrait: Portrait, own: ShownImpacts, mass_ratio: float) -> None:
+def _measured_displacements(axes: Axes, portrait: Portrait, impacts: ShownImpacts, mass_ratio: float) -> None:
     """Mark when measured impacts were, on the end of the capsule that they hit; bars are of the time."""
     from vireport.figures.measured import bars
 
-    if own.repeats and moves(portrait):
-        t, places = measured_times(portrait, own)
-        x = capsule(portrait, t, mass_ratio) - own.walls[places] * portrait.d / 2
-        bars(axes, periods(t), x, periods(own.errors[2][places] / np.pi), MEASURED, across=True)
+    if impacts.repeats and moves(portrait):
+        t, places = measured_times(portrait, impacts)
+        x = capsule(portrait, t, mass_ratio) - impacts.walls[places] * portrait.d / 2
+        bars(axes, periods(t), x, periods(impacts.errors[2][places] / np.pi), MEASURED, across=True)
 
 
-def measured_times(portrait: Portrait, own: ShownImpacts) -> tuple[Floats, SampleIndices]:
+def measured_times(portrait: Portrait, impacts: ShownImpacts) -> tuple[Floats, SampleIndices]:
     """Times of the impacts of a measured motion in the time of a portrait [t_c], and the place of each in its word.
 
     Their phases say them but for whole forcing periods, of which a motion may take several: there it is put where it
     comes nearest to the impacts of the portrait.
     """
-    start = (own.values[2, 0] - portrait.phase) / np.pi % 2
-    since = np.concatenate([[0.0], np.cumsum(own.values[3])])
+    start = (impacts.values[2, 0] - portrait.phase) / np.pi % 2
+    since = np.concatenate([[0.0], np.cumsum(impacts.values[3])])
     period, end = round(float(since[-1]) / 2) * 2, float(portrait.time[-1])
     at = arrivals(portrait)
     choices = []
     for first in start + np.arange(0.0, period, 2.0):
         t = (first + since[:-1]) % period
-        apart = np.abs(t[:, None] - portrait.time[at]) + np.abs(own.values[0][:, None] - portrait.velocity[at])
+        apart = np.abs(t[:, None] - portrait.time[at]) + np.abs(impacts.values[0][:, None] - portrait.velocity[at])
         choices.append((float(apart.min(axis=1).sum()), t))
     _, t = min(choices, key=lambda choice: choice[0])
     many = (t[:, None] + period * np.arange(-1, int(end // period) + 1)).ravel()
@@ -487,7 +487,7 @@ def motion_words(portrait: Portrait) -> str:
 
 def setting(portrait: Portrait) -> str:
     """The parameters of a portrait."""
-    return f"{portrait.label}, d = {shown(portrait.d)}, ḡ = {shown(portrait.gbar)}"
+    return f"{portrait.label}, d = {print_rounded(portrait.d)}, ḡ = {print_rounded(portrait.gbar)}"
 
 
 def short(word: str) -> str:
@@ -509,13 +509,13 @@ def short(word: str) -> str:
 def _shown(portrait: Portrait) -> dict[str, Any]:
     """What a motion is told by: a periodic one by its impact speeds, the first on the bottom, and the phase of that."""
     attractor = portrait.attractor
-    shown = {"setting": setting(portrait), "motion": motion_words(portrait), "cycle": attractor.cycle, "lyapunov": None}
+    facts = {"setting": setting(portrait), "motion": motion_words(portrait), "cycle": attractor.cycle, "lyapunov": None}
     cycle = attractor.cycle
     if cycle is None:
-        return shown | {"lyapunov": attractor.lyapunov if np.isfinite(attractor.lyapunov) else None}
+        return facts | {"lyapunov": attractor.lyapunov if np.isfinite(attractor.lyapunov) else None}
     first = int(np.argmax(cycle.wall > 0))
     growth = round(cycle.growth, DECIMALS)
-    return shown | {
+    return facts | {
         "speeds": np.abs(np.roll(cycle.velocity, -first)).tolist(),
         "phase": float(cycle.phase[first]),
         "growth": None if cycle.sticks or not np.isfinite(growth) else growth,

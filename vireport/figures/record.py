@@ -15,7 +15,7 @@ from vireport.figures.style import GUIDE, Color, Look, Picture, literal, style
 from vireport.measurement.picking import Heard, Picked, filtered
 from vireport.measurement.shaker import ShakerMotion
 from vireport.measurement.signals import Signals
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 HEIGHT = 1.9
 """Of a row of panels [in]."""
@@ -50,33 +50,33 @@ def record_picture(signals: Signals, templates: Path | None = None) -> Picture:
         A folder whose words come before the package's own.
     """
     words = Words("figures/record", templates)
-    own = signals.picked
-    shown = {
-        "impacts": len(own.times),
-        "name": Path(own.recording.name).name,
-        "channels": len(own.heard),
+    picked = signals.picked
+    facts = {
+        "impacts": len(picked.times),
+        "name": Path(picked.recording.name).name,
+        "channels": len(picked.heard),
         "shaker": signals.shaker,
     }
-    heading, caption, alt = (words(f"figure_record_{part}", shown) for part in ("title", "caption", "alt"))
+    heading, caption, alt = (words(f"figure_record_{part}", facts) for part in ("title", "caption", "alt"))
     return Picture(NAME, heading, caption, alt, figure_record(signals))
 
 
 def figure_record(signals: Signals) -> Figure:
     """A stretch of each channel around the weakest impact, all impacts within their periods, beginnings, the shaker."""
-    own, shaker = signals.picked, signals.shaker
-    period = 1 / own.frequency_hz
-    channels = [(heard, filtered(own.recording, heard.channel, own.frequency_hz)) for heard in own.heard]
+    picked, shaker = signals.picked, signals.shaker
+    period = 1 / picked.frequency_hz
+    channels = [(heard, filtered(picked.recording, heard.channel, picked.frequency_hz)) for heard in picked.heard]
     with style():
         rows = len(channels) + 2
         figure, panels = blank(rows, 2)
         for k, (heard, signal) in enumerate(channels):
             axes = _whole_row(figure, panels, k)
-            _stretch(axes, own, heard, signal, period)
+            _stretch(axes, picked, heard, signal, period)
             title(axes, f"({letter_of(k)}) {literal(heard.channel.name)}, filtered")
         raster = _whole_row(figure, panels, len(channels))
-        _raster(raster, own, shaker, period)
+        _raster(raster, picked, shaker, period)
         title(raster, f"({letter_of(len(channels))}) every impact picked: a miss is a hole")
-        _beginnings(panels[-1, 0], own, channels, period)
+        _beginnings(panels[-1, 0], picked, channels, period)
         title(panels[-1, 0], f"({letter_of(len(channels) + 1)}) beginnings, each over its height", 2)
         if shaker is not None:
             _shaker(panels[-1, 1], shaker)
@@ -95,9 +95,9 @@ def _whole_row(figure: Figure, panels: Any, row: int) -> Axes:
     return figure.add_subplot(grid[row, :])
 
 
-def _stretch(axes: Axes, own: Picked, heard: Heard, signal: Floats, period: float) -> None:
+def _stretch(axes: Axes, picked: Picked, heard: Heard, signal: Floats, period: float) -> None:
     """A few periods around the weakest impact of a channel, as drawn by its least and largest values."""
-    recording = own.recording
+    recording = picked.recording
     weakest = float(heard.times[int(np.argmin(np.abs(heard.sizes)))])
     start = float(np.clip(weakest - PERIODS * period / 2, recording.start_s, recording.end_s - PERIODS * period))
     end = start + PERIODS * period
@@ -116,27 +116,27 @@ def _stretch(axes: Axes, own: Picked, heard: Heard, signal: Floats, period: floa
     for side in (-1, 1):
         axes.axhline(side * heard.least, **WEAKEST)
     for wall, look in ((1.0, BOTTOM), (-1.0, TOP)):
-        mine = (own.walls == wall) & (own.times >= start) & (own.times <= end)
-        from_here = np.isin(own.times, heard.times) & mine
-        sizes = heard.sizes[np.searchsorted(heard.times, own.times[from_here])]
-        axes.plot(own.times[from_here], sizes, **look)
+        mine = (picked.walls == wall) & (picked.times >= start) & (picked.times <= end)
+        from_here = np.isin(picked.times, heard.times) & mine
+        sizes = heard.sizes[np.searchsorted(heard.times, picked.times[from_here])]
+        axes.plot(picked.times[from_here], sizes, **look)
     axes.set_xlim(start, end)
     axes.set_xlabel("time [s]")
 
 
-def _raster(axes: Axes, own: Picked, shaker: ShakerMotion | None, period: float) -> None:
+def _raster(axes: Axes, picked: Picked, shaker: ShakerMotion | None, period: float) -> None:
     """Time within the period against time: what repeats itself makes lines, with a hole where an impact was missed."""
-    zero = shaker.maximum_s if shaker is not None else own.recording.start_s
-    within = (own.times - zero) / period % 1
+    zero = shaker.maximum_s if shaker is not None else picked.recording.start_s
+    within = (picked.times - zero) / period % 1
     for wall, look in ((1.0, BOTTOM), (-1.0, TOP)):
-        axes.plot(own.times[own.walls == wall], within[own.walls == wall], **look | {"markersize": 2.0})
-    axes.set(ylim=(0, 1), xlim=(own.recording.start_s, own.recording.end_s))
+        axes.plot(picked.times[picked.walls == wall], within[picked.walls == wall], **look | {"markersize": 2.0})
+    axes.set(ylim=(0, 1), xlim=(picked.recording.start_s, picked.recording.end_s))
     axes.set(xlabel="time [s]", ylabel="phase [periods]")
 
 
-def _beginnings(axes: Axes, own: Picked, channels: list[tuple[Heard, Floats]], period: float) -> None:
+def _beginnings(axes: Axes, picked: Picked, channels: list[tuple[Heard, Floats]], period: float) -> None:
     """Impacts over one another, from where each began."""
-    recording = own.recording
+    recording = picked.recording
     before, after = (max(3, int(share * period / recording.step_s)) for share in AROUND)
     for (heard, signal), color in zip(channels, (Color.BLUE, Color.GREEN), strict=False):
         for k in range(0, len(heard.times), max(1, len(heard.times) // MOST_SHOWN)):

@@ -190,9 +190,9 @@ def sheet() -> Sheet:
 
 
 @contextmanager
-def drawn_for(asked: Sheet) -> Iterator[None]:
+def drawn_for(requested: Sheet) -> Iterator[None]:
     """Within it figures are drawn for some sheet; they are for a report otherwise."""
-    before = _SHEET.set(asked)
+    before = _SHEET.set(requested)
     try:
         yield
     finally:
@@ -314,11 +314,11 @@ def literal(text: str) -> str:
     """
     font = get_font(findfont(FontProperties(family=sheet().fonts)))
     # Of a character that the font lacks, Matplotlib warns and draws an empty box.
-    shown = (
+    characters = (
         character if character.isspace() or font.get_char_index(ord(character)) else f"⟨U+{ord(character):04X}⟩"
         for character in text
     )
-    return "".join(shown).replace("$", "\\$")
+    return "".join(characters).replace("$", "\\$")
 
 
 class Picture(Struct, frozen=True, eq=False, dict=True):
@@ -379,9 +379,9 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
         from matplotlib.backends.backend_pdf import FigureCanvasPdf
 
         file, canvas, dpi = BytesIO(), self.figure.canvas, self.figure.dpi
-        told: Any = {"Title": self.title, "Creator": WRITTEN_BY, "Producer": None, "CreationDate": None}
+        metadata: Any = {"Title": self.title, "Creator": WRITTEN_BY, "Producer": None, "CreationDate": None}
         with drawn_for(self.sheet), style():
-            FigureCanvasPdf(self.figure).print_pdf(file, metadata=told)  # type: ignore[no-untyped-call]
+            FigureCanvasPdf(self.figure).print_pdf(file, metadata=metadata)  # type: ignore[no-untyped-call]
         self.figure.set_canvas(canvas)
         self.figure.dpi = dpi
         return file.getvalue()

@@ -383,15 +383,15 @@ def _draw(axes: Axes, row: _Row, drawing: Drawing, named: Sequence[DrawnPoint], 
 def _branch_curves(row: _Row, drawing: Drawing) -> dict[str, DrawnCurve]:
     """The longest curve of each branch that a panel shows, by the name of the branch."""
     low, high = row.limits
-    shown: dict[str, list[DrawnCurve]] = {}
+    curves_by_name: dict[str, list[DrawnCurve]] = {}
     for part in drawing.parts:
         x = drawing.axis.of(part.branch.motions)[part.rows]
         for values in row.values(drawing, part.branch):
             y = values[part.rows]
             inside = (low <= y) & (y <= high)
             if inside.any():
-                shown.setdefault(drawing.branches[part.branch.number], []).append((x[inside], y[inside]))
-    return {name: max(drawn, key=lambda curve: np.ptp(curve[0])) for name, drawn in shown.items()}
+                curves_by_name.setdefault(drawing.branches[part.branch.number], []).append((x[inside], y[inside]))
+    return {name: max(drawn, key=lambda curve: np.ptp(curve[0])) for name, drawn in curves_by_name.items()}
 
 
 def _branch_labels(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[Label]:
@@ -399,8 +399,8 @@ def _branch_labels(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[La
     if not row.branches or len(drawing.branches) < 2:
         return []
     above = {name for other in rows[: rows.index(row)] for name in _branch_curves(other, drawing)}
-    shown = ((name, curve) for name, curve in _branch_curves(row, drawing).items() if name not in above)
-    some = ((name, x, y, max(len(x) // NAMED_AT, 1)) for name, (x, y) in shown)
+    labelled = ((name, curve) for name, curve in _branch_curves(row, drawing).items() if name not in above)
+    some = ((name, x, y, max(len(x) // NAMED_AT, 1)) for name, (x, y) in labelled)
     return [Label(name, x[::step], y[::step], size=sheet().small, color=Color.GREY) for name, x, y, step in some]
 
 
@@ -585,10 +585,10 @@ def _rows(figure: Task, drawings: Sequence[Drawing]) -> FigureRows:
 def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     cut = curves.phase_cut(part for drawing in drawings for part in drawing.parts)
 
-    def marks(k: int, known: Sequence[MeasuredAt]) -> Iterable[Marks]:
+    def marks(k: int, records: Sequence[MeasuredAt]) -> Iterable[Marks]:
         from vireport.figures.measured import flight, impact_marks, phase, speed
 
-        return impact_marks(known, (speed, lambda own: phase(own, cut), flight)[k], (Color.BLUE, Color.GREEN))
+        return impact_marks(records, (speed, lambda record: phase(record, cut), flight)[k], (Color.BLUE, Color.GREEN))
 
     def row(k: int, label: str, phases: bool = False) -> _Row:
         return _Row(
@@ -601,7 +601,7 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
             lambda impacts: impacts.pairs(cut)[k],
             cut=cut if phases else None,
             sides=None if phases else (0, 1),
-            measured=lambda known: marks(k, known),
+            measured=lambda records: marks(k, records),
         )
 
     rows = [
@@ -663,26 +663,26 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     return [discriminant, eigenvalue], [legend]
 
 
-def _discriminants(known: Sequence[MeasuredAt]) -> Iterable[Marks]:
+def _discriminants(records: Sequence[MeasuredAt]) -> Iterable[Marks]:
     from vireport.figures.measured import discriminant_marks
 
-    return discriminant_marks(known, Color.VERMILION)
+    return discriminant_marks(records, Color.VERMILION)
 
 
-def _eigenvalues(known: Sequence[MeasuredAt]) -> Iterable[Marks]:
+def _eigenvalues(records: Sequence[MeasuredAt]) -> Iterable[Marks]:
     from vireport.figures.measured import eigenvalue_marks
 
-    return eigenvalue_marks(known, Color.VERMILION)
+    return eigenvalue_marks(records, Color.VERMILION)
 
 
 def _measured_legend(drawings: Sequence[Drawing], one_to_one: bool = False) -> list[Entry]:
     """What was measured, or the 1:1 motions of it."""
-    known = [at for drawing in drawings for at in drawing.study.measured if at.multipliers or not one_to_one]
-    if not known:
+    records = [at for drawing in drawings for at in drawing.study.measured if at.multipliers or not one_to_one]
+    if not records:
         return []
     from vireport.figures.measured import legend
 
-    return legend(known)
+    return legend(records)
 
 
 def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:

@@ -82,8 +82,8 @@ class _Drawing(_Ruler, RendererSVG):
 
     def draw_path(self, gc: Any, path: Any, transform: Any, rgbFace: Any = None) -> None:
         if self.recorded:
-            own, place = self._kept(gc), self._placed(transform)
-            self.strokes.append(lambda pixels: pixels.draw_path(own, path, place, rgbFace))
+            context, place = self._kept(gc), self._placed(transform)
+            self.strokes.append(lambda pixels: pixels.draw_path(context, path, place, rgbFace))
         super().draw_path(gc, path, transform, rgbFace)  # type: ignore[no-untyped-call]
 
     def draw_markers(
@@ -96,16 +96,16 @@ class _Drawing(_Ruler, RendererSVG):
         rgbFace: Any = None,
     ) -> None:
         if self.recorded:
-            own, form, places = self._kept(gc), self._placed(marker_trans), self._placed(trans)
-            self.strokes.append(lambda pixels: pixels.draw_markers(own, marker_path, form, path, places, rgbFace))
+            context, form, places = self._kept(gc), self._placed(marker_trans), self._placed(trans)
+            self.strokes.append(lambda pixels: pixels.draw_markers(context, marker_path, form, path, places, rgbFace))
         super().draw_markers(gc, marker_path, marker_trans, path, trans, rgbFace)  # type: ignore[no-untyped-call]
 
     def draw_text(
         self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
     ) -> None:
         if self.recorded:
-            own, at = self._kept(gc), self._scale.transform((x, y))
-            self.strokes.append(lambda pixels: pixels.draw_text(own, *at, s, prop, angle, ismath, mtext))
+            context, at = self._kept(gc), self._scale.transform((x, y))
+            self.strokes.append(lambda pixels: pixels.draw_text(context, *at, s, prop, angle, ismath, mtext))
         super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)  # type: ignore[no-untyped-call]
 
     def draw_image(self, *args: Any, **kwargs: Any) -> None:
@@ -122,13 +122,13 @@ class _Drawing(_Ruler, RendererSVG):
 
     def _kept(self, gc: Any) -> Any:
         """A copy of a graphics context, which Matplotlib uses again, for pixels."""
-        own: Any = self.new_gc()
-        own.copy_properties(gc)
+        context: Any = self.new_gc()
+        context.copy_properties(gc)
         if (clip := gc.get_clip_rectangle()) is not None:
-            own.set_clip_rectangle(clip.transformed(self._scale))
+            context.set_clip_rectangle(clip.transformed(self._scale))
         if gc.get_clip_path()[0] is not None:
             self.recorded = False
-        return own
+        return context
 
     def _placed(self, transform: Any) -> Any:
         """Where a transform, which may change with the figure, leads to in pixels."""

@@ -18,9 +18,6 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.gate.designs import DISPLACED, RINGS
-from vireport.gate.impacts import generated, impacts_of
-from vireport.gate.requirements import OfShaker
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits, orbits
 from vireport.motions.stability import lap_decay, return_trace
@@ -31,6 +28,9 @@ from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.numbers import ARRAYS
 from vireport.scenario.blocks import DesignPath, Objective
 from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.judging.designs import DISPLACED, RINGS
+from vireport.study.judging.impacts import generated, impacts_of
+from vireport.study.judging.requirements import OfShaker
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

@@ -38,7 +38,7 @@ def built_design(problem: Problem, best: JudgedDesign) -> JudgedDesign | None:
     tried = TRIED_COSTLY if problem.is_costly else TRIED
     for t in islice(_rounded(problem, best.t), tried):
         point = judged_design(problem, t)
-        if point is not None and point.met() and point.value >= best.value - LOSS * abs(best.value):
+        if point is not None and point.meets_requirements() and point.value >= best.value - LOSS * abs(best.value):
             return point
     return None
 

@@ -11,13 +11,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.design.devices import devices_off, factor_of
-from vireport.gate.designs import Designs, extreme
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.stability import lap_decay
 from vireport.optimise.problem import Problem, objectives
 from vireport.physics.groups import map_restitution
 from vireport.physics.numbers import magnitude
 from vireport.scenario.parameters import DesignInput
+from vireport.study.judging.designs import Designs, extreme
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -5,12 +5,12 @@ from typing import Annotated
 import typer
 
 from vireport.base.files import require_writable
-from vireport.command import options as given
-from vireport.command.declared import CommandPanel, DeclaredCommand, formats_of
-from vireport.command.formats import FIGURES, PAGES, CommandFormats, format_option
-from vireport.command.inputs import read_scenario
-from vireport.command.options import default_folder, figure_width_mm, recorded, refuse_files_beside_json
-from vireport.command.outcome import CommandOutcome, deliver, progress, tell_lacking
+from vireport.cli import options as given
+from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
+from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
+from vireport.cli.inputs import read_scenario
+from vireport.cli.options import default_folder, figure_width_mm, recorded, refuse_files_beside_json
+from vireport.cli.outcome import CommandOutcome, deliver, progress, tell_lacking
 
 OPTIMISE = CommandFormats("optimise", (*PAGES, *FIGURES), (*PAGES, "png"), "best.yaml and optimise.json")
 
@@ -35,7 +35,7 @@ def optimise(
     """
     refuse_files_beside_json(context, "result")
     loaded, _ = read_scenario(scenario, set_)
-    from vireport.command.outputs import file_names, run_files
+    from vireport.cli.outputs import file_names, run_files
     from vireport.optimise import outputs
     from vireport.optimise.problem import problem_of
     from vireport.optimise.search import optimise as search
@@ -66,7 +66,7 @@ def optimise(
         failure=failure,
         exit_code=bool(failure),
         stale=stale,
-        beside=other_files,
+        other_files=other_files,
     )
     deliver(outcome, folder, quiet)
 

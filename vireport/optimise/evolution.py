@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.gate.designs import keeps_motion
 from vireport.optimise.cells import corner_slack, evaluate
 from vireport.optimise.problem import Problem
 from vireport.scenario.blocks import Objective
+from vireport.study.judging.designs import keeps_motion
 
 Floats = NDArray[np.float64]
 

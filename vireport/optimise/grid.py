@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError, ScenarioError
 from vireport.design.point import DesignPoint
-from vireport.gate.designs import keeps_motion
 from vireport.optimise.cells import CellValues, corner_slack, evaluate
 from vireport.optimise.problem import Problem, smallest_margin
 from vireport.scenario.blocks import WIDEST_MARGIN, Need, Objective
 from vireport.scenario.rules import needing
+from vireport.study.judging.designs import keeps_motion
 from vireport.study.study import Study
 
 Floats = NDArray[np.float64]
@@ -62,7 +62,7 @@ class JudgedDesign(Struct, frozen=True, eq=False):
         enough = any(line.key in needing(Need.TOLERANCES) and line.passed for line in self.study.criteria)
         return tolerances is None or tolerances.proved or enough
 
-    def met(self, but: frozenset[str] = frozenset()) -> bool:
+    def meets_requirements(self, but: frozenset[str] = frozenset()) -> bool:
         """Whether all requirements are met, but for some by their keys, and the tolerances, and a device repeats it."""
         return self.repeats and self.tolerated and all(line.passed or line.key in but for line in self.study.criteria)
 
@@ -87,7 +87,7 @@ class Judged(Struct, eq=False):
     ----------
     count : int
         How often one was judged.
-    met : dict
+    verdicts : dict
         Whether each meets all requirements, by its bytes.
     best : JudgedDesign or None
         Of those that do.
@@ -96,14 +96,14 @@ class Judged(Struct, eq=False):
     """
 
     count: int = 0
-    met: dict[bytes, bool] = field(default_factory=dict)
+    verdicts: dict[bytes, bool] = field(default_factory=dict)
     best: JudgedDesign | None = None
     nearest: JudgedDesign | None = None
 
     def add(self, point: JudgedDesign) -> None:
         """Take in a design with stable motion."""
-        self.met[point.t.tobytes()] = point.met()
-        if point.met() and (self.best is None or point.value > self.best.value):
+        self.verdicts[point.t.tobytes()] = point.meets_requirements()
+        if point.meets_requirements() and (self.best is None or point.value > self.best.value):
             self.best = point
         if self.nearest is None or point.shortfall < self.nearest.shortfall:
             self.nearest = point
@@ -163,11 +163,11 @@ class DesignGrid(Struct, frozen=True, eq=False):
             rows = self.keeping(rows, min(best.margin, WIDEST_MARGIN / 100))
         else:
             rows = rows[self.cells.value[rows] > best.value + SAME_VALUE * abs(best.value)]
-        return rows[[not self.judged.met.get(self.t[row].tobytes(), False) for row in rows]] if rows.size else rows
+        return rows[[not self.judged.verdicts.get(self.t[row].tobytes(), False) for row in rows]] if rows.size else rows
 
     def unjudged(self, rows: Ints) -> Ints:
         """Select those of some cells that no run has judged."""
-        return rows[[self.t[row].tobytes() not in self.judged.met for row in rows]] if rows.size else rows
+        return rows[[self.t[row].tobytes() not in self.judged.verdicts for row in rows]] if rows.size else rows
 
     def candidates(self, rows: Ints) -> Ints:
         """Select cells, in their order, that may be better than the best design and meet the requirements."""
@@ -178,7 +178,7 @@ class DesignGrid(Struct, frozen=True, eq=False):
         """The results of a design; None where it has no stable motion, or a run ends without results."""
         self.judged.count += 1
         # A design that a run cannot compute has been judged as well, and is not tried again.
-        self.judged.met[t.tobytes()] = False
+        self.judged.verdicts[t.tobytes()] = False
         point = judged_design(self.problem, t)
         if point is not None:
             self.judged.add(point)
@@ -217,7 +217,7 @@ def judged_design(problem: Problem, t: Floats) -> JudgedDesign | None:
     if design is None or not design.motions.stable_mask.any():
         return None
     point = JudgedDesign(t, study, problem.value_of(study, t))
-    if not point.met() or not problem.starts_by_itself:
+    if not point.meets_requirements() or not problem.starts_by_itself:
         return point
     return replace(point, repeats=all(_starts(problem, other) for other in _off(problem, t)))
 

@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import UsageError
 from vireport.design.point import DesignPoint
-from vireport.gate.designs import Designs, keeps_motion
-from vireport.gate.evidence import Limit, Question
-from vireport.gate.requirements import OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
 from vireport.motions.events import CRITICAL, Event
 from vireport.physics.device import Device, Shaker
 from vireport.physics.energy import Conversion, Membrane, Voltages
@@ -35,6 +32,9 @@ from vireport.scenario.blocks import (
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.writing import as_yaml
+from vireport.study.judging.designs import Designs, keeps_motion
+from vireport.study.judging.evidence import Limit, Question
+from vireport.study.judging.requirements import OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
 from vireport.study.plan import refuse_undecidable
 from vireport.study.study import Study, analyse
 

@@ -65,7 +65,7 @@ class LocalSearch(Struct, eq=False):
     best : ndarray or None
     score : float
         What is to be maximised, at the best.
-    known : dict
+    linearised_at : dict
         What is known of designs, by their bytes.
     """
 
@@ -73,18 +73,18 @@ class LocalSearch(Struct, eq=False):
     lifted: Floats
     best: Floats | None = None
     score: float = -np.inf
-    known: dict[bytes, Linearised] = field(default_factory=dict)
+    linearised_at: dict[bytes, Linearised] = field(default_factory=dict)
 
     def linear(self, t: Floats) -> Linearised:
         """Objective and constraints at a design, computed once."""
         key = t.tobytes()
-        if key not in self.known:
-            self.known[key] = linearised = _linear(self.problem, t)
+        if key not in self.linearised_at:
+            self.linearised_at[key] = linearised = _linear(self.problem, t)
             lifted = self.lifted > 0
             score = float(linearised.slack[lifted].min()) if lifted.any() else linearised.value
             if np.isfinite(score) and score > self.score and bool((linearised.slack[~lifted] >= 0).all()):
                 self.best, self.score = t.copy(), score
-        return self.known[key]
+        return self.linearised_at[key]
 
 
 SLOTS = tuple((varied, sign) for varied in DesignInput for sign in (-1, 1))

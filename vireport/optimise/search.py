@@ -15,7 +15,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.progress import Progress
-from vireport.gate.requirements import OfMargin
 from vireport.motions.events import CRITICAL
 from vireport.optimise.bound import largest_value
 from vireport.optimise.built import built_design
@@ -24,6 +23,7 @@ from vireport.optimise.grid import APART, CHUNK, DesignGrid, JudgedDesign, grid_
 from vireport.optimise.problem import Problem
 from vireport.optimise.refine import refine
 from vireport.scenario.blocks import WIDEST_MARGIN
+from vireport.study.judging.requirements import OfMargin
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -265,7 +265,7 @@ def _judge_candidates(grid: DesignGrid, rows: Ints, say: Progress) -> Ints:
         for row in chosen:
             say(f"judging cells that could be better: at most {budget} of {len(candidates)} to go")
             point, budget = grid.judge(grid.t[row]), budget - 1
-            if point is not None and point.met():
+            if point is not None and point.meets_requirements():
                 _improve(grid, point.t, refine(grid.problem, point.t, grid.spacing))
                 break
         # What was left beyond the budget's first half may be all worse than the design just found: it is spread anew.
@@ -321,17 +321,17 @@ def _refine(grid: DesignGrid, start: Floats) -> None:
     # its start does not.
     refined = refine(grid.problem, start, grid.spacing)
     point = None if refined is None else grid.judge(refined)
-    if point is not None and point.met():
+    if point is not None and point.meets_requirements():
         return
     point = grid.judge(start)
-    if point is not None and point.met() and refined is not None:
+    if point is not None and point.meets_requirements() and refined is not None:
         _go_towards(grid, start, refined)
 
 
 def _improve(grid: DesignGrid, start: Floats, refined: Floats | None) -> None:
     """Judge the design refined from one that meets all requirements and, where it does not, designs between."""
     point = None if refined is None else grid.judge(refined)
-    if refined is not None and (point is None or not point.met()):
+    if refined is not None and (point is None or not point.meets_requirements()):
         _go_towards(grid, start, refined)
 
 
@@ -341,7 +341,7 @@ def _go_towards(grid: DesignGrid, start: Floats, refined: Floats) -> None:
     for _ in range(BETWEEN):
         share = (low + high) / 2
         point = grid.judge(start + share * (refined - start))
-        low, high = (share, high) if point is not None and point.met() else (low, share)
+        low, high = (share, high) if point is not None and point.meets_requirements() else (low, share)
 
 
 def _nearest(grid: DesignGrid, ranked: Ints) -> JudgedDesign | None:
@@ -374,7 +374,9 @@ def _front(grid: DesignGrid, order: Ints) -> tuple[JudgedDesign, ...]:
             continue
         refined = refine(grid.problem.with_margin(level), grid.t[row], grid.spacing)
         judged = chain((grid.judge(t) for t in (refined, grid.t[row]) if t is not None), [grid.judged.best])
-        points += islice((point for point in judged if point and point.margin >= level and point.met(traded)), 1)
+        points += islice(
+            (point for point in judged if point and point.margin >= level and point.meets_requirements(traded)), 1
+        )
     return tuple(points)
 
 

@@ -89,8 +89,8 @@ def _from_root(path: Path) -> Path:
 
 def _annotation(level: str, place: dict[str, str], title: str, message: str) -> str:
     properties = {**place, "title": title}
-    given = ",".join(f"{key}={_escaped(value, ':,')}" for key, value in properties.items())
-    return f"::{level} {given}::{_escaped(message, '')}"
+    text = ",".join(f"{key}={_escaped(value, ':,')}" for key, value in properties.items())
+    return f"::{level} {text}::{_escaped(message, '')}"
 
 
 def _escaped(text: str, more: str) -> str:

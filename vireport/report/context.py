@@ -16,14 +16,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from msgspec import Struct
 
-from vireport.checks.paper import PAPER, PaperComparison, compare_with_paper
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint
 from vireport.design.solution import Solution
-from vireport.gate.alerts import Alert
-from vireport.gate.evidence import Criterion
-from vireport.gate.findings import found_by
-from vireport.gate.opening import Opening, WordedOpening
 from vireport.motions.generation import ladder
 from vireport.motions.points import Point
 from vireport.motions.stability import determinant_of
@@ -42,6 +37,11 @@ from vireport.report.voltages import (
 from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
+from vireport.study.checks.paper import PAPER, PaperComparison, compare_with_paper
+from vireport.study.judging.alerts import Alert
+from vireport.study.judging.evidence import Criterion
+from vireport.study.judging.findings import found_by
+from vireport.study.judging.opening import Opening, WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study, results
 from vireport.text.formatting import Exactness, exact, tied, written
@@ -228,11 +228,11 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         names = *of_others, "figure-answer", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
 
-    def say(self, words: str, macro: str, *given: Any) -> str:
+    def say(self, words: str, macro: str, *values: Any) -> str:
         """What a macro of a file of words says of what it is given, with marks for `rich`."""
-        from vireport.wording.templates import Words
+        from vireport.text.templates import Words
 
-        return Words(words, self.templates)(macro, *given)
+        return Words(words, self.templates)(macro, *values)
 
     def added_sections(self, within: str = "") -> list[str]:
         """Templates of the sections of additions to the study, in the order of their rows.
@@ -254,12 +254,12 @@ class Report(Struct, frozen=True, eq=False, dict=True):
             Of the addition.
         """
         added = (row for row in found_by(self.study.findings) if row[0].name == name)
-        return next((finding.parts(found, self.templates) for finding, found in added), {})
+        return next((finding.parts(result, self.templates) for finding, result in added), {})
 
     @property
     def coexisting(self) -> list[str]:
         """Words of the other motions that are stable at the design point, beside a stable 1:1 motion."""
-        return list(dict.fromkeys(word.letters for word in self.study.verdict.motion.data.beside))
+        return list(dict.fromkeys(word.letters for word in self.study.verdict.motion.data.other_words))
 
     @property
     def results(self) -> dict[str, Any]:
@@ -311,7 +311,9 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         nearest = self.nearest
         if nearest is None:
             return []
-        slopes = ((own.order, nearest.by_harmonics.get(own.order)) for own in self.solution.device.harmonics)
+        slopes = (
+            (harmonic.order, nearest.by_harmonics.get(harmonic.order)) for harmonic in self.solution.device.harmonics
+        )
         return [(order, hypot(*slope) / 100) for order, slope in slopes if slope is not None]
 
     @property
@@ -416,8 +418,8 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     @property
     def not_found(self) -> list[str]:
         """The motions that `motions.portraits` names and that are not among those found."""
-        atlas, asked = self.study.atlas, self.study.scenario.motions
-        return [] if atlas is None or asked is None else [x for x in asked.portraits if atlas.named(x) is None]
+        atlas, block = self.study.atlas, self.study.scenario.motions
+        return [] if atlas is None or block is None else [x for x in block.portraits if atlas.named(x) is None]
 
     def rungs(self) -> tuple[Rung, ...]:
         """What the stable motions of each impact sequence generate at most, the most per second first."""
@@ -430,7 +432,7 @@ def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:
     """Whether a value was given, and where, or is a default."""
     if study.loaded.is_set_over(path):
         return "override"
-    return "given" if path in study.loaded.given else "default"
+    return "given" if path in study.loaded.stated_keys else "default"
 
 
 def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, float]:

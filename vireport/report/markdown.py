@@ -16,7 +16,7 @@ from jinja2 import Environment
 from vireport.report.templates import AnyReport, Source, Typesetting, fill_in, marked
 from vireport.text.foreign import visible
 from vireport.text.tables import Table, markdown_of, markdown_text
-from vireport.wording.templates import environment_of
+from vireport.text.templates import environment_of
 
 _OPENING = re.compile(r"^(\d*)([-+#.)]+)(?=\s|$)")
 """What would begin a list or a heading at the start of a line."""
@@ -54,8 +54,8 @@ def _begun(text: str) -> str:
 def _fragment(text: str) -> str:
     """A part of a sentence, with the spaces at its ends."""
     before, after = (" " if end[:1].isspace() else "" for end in (text, text[::-1]))
-    shown = markdown_text(text)
-    return f"{before}{shown}{after}" if shown else before
+    text_shown = markdown_text(text)
+    return f"{before}{text_shown}{after}" if text_shown else before
 
 
 MARKDOWN: Typesetting = Typesetting(
@@ -77,10 +77,10 @@ def code(text: str) -> Source:
     >>> print(code("run a"), code("run `a`"))
     `run a` `` run `a` ``
     """
-    shown = visible(" ".join(text.split()))
-    most = max(map(len, re.findall("`+", shown)), default=0)
+    visible_text = visible(" ".join(text.split()))
+    most = max(map(len, re.findall("`+", visible_text)), default=0)
     fence, space = "`" * (most + 1), " " if most else ""
-    return Source(f"{fence}{space}{shown}{space}{fence}")
+    return Source(f"{fence}{space}{visible_text}{space}{fence}")
 
 
 def table(of: Table) -> Source:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vireport.base.errors import RenderError
-from vireport.wording.templates import TEMPLATES
+from vireport.text.templates import TEMPLATES
 
 if TYPE_CHECKING:
     import typst
@@ -65,13 +65,13 @@ def render_files(
     `on_pages` alone are no files. The other parameters and the errors are those of `render_pdf`.
     """
     files = dict[str, bytes]()
-    with _offline(), _styled(report), ThreadPoolExecutor(max_workers=1) as beside:
+    with _offline(), _styled(report), ThreadPoolExecutor(max_workers=1) as executor:
         # Matplotlib is made for one thread, which is this one: the other takes drawings that are made already.
         vectors = report.pictures if formats & {"html", "pdf", "svg"} else {}
         drawings = {f"{name}.svg": picture.svg for name, picture in vectors.items()}
         source = _filled(report, templates) if formats & {"html", "pdf"} else ""
         pdf = (
-            beside.submit(_compiled, report, source, templates, "pdf", _of_paper(report), paper=PAPERS[paper])
+            executor.submit(_compiled, report, source, templates, "pdf", _of_paper(report), paper=PAPERS[paper])
             if "pdf" in formats
             else None
         )

@@ -22,7 +22,7 @@ from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
 from vireport.text.enclosed import plus_minus
 from vireport.text.formatting import factor_text, tied
-from vireport.wording.templates import environment_of, mistakes_named
+from vireport.text.templates import environment_of, mistakes_named
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture

@@ -69,7 +69,7 @@ class Loaded(Struct, frozen=True):
         The scenario as understood, defaults filled in.
     document : Document
         The file as it was read, before anything was set over it.
-    given : frozenset of str
+    stated_keys : frozenset of str
         Dotted paths of all keys and blocks that the file or an override gives; what is not in here is a
         default.
     overrides : tuple of str
@@ -80,7 +80,7 @@ class Loaded(Struct, frozen=True):
 
     scenario: Scenario
     document: Document
-    given: frozenset[str]
+    stated_keys: frozenset[str]
     overrides: tuple[str, ...] = ()
     place: ReadingPlace = ReadingPlace()
 

@@ -16,7 +16,7 @@ from vireport.simulation.attractors import Attractor, Outcome, motion_name
 from vireport.simulation.following import Jump
 
 if TYPE_CHECKING:
-    from vireport.checks.crosscheck import CrossCheck
+    from vireport.study.checks.crosscheck import CrossCheck
 
 ValueRange = tuple[float, float]
 
@@ -72,9 +72,9 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
         ascending = sorted(course.stages, key=lambda stage: stage.value)
         ends_by_source[FoundBy(direction)] = [(stage.attractor,) for stage in ascending]
     for source, ends in ends_by_source.items():
-        kinds = [{_kind(end, slowly.mirror) for end in own} for own in ends]
+        kinds = [{_kind(end, slowly.mirror) for end in kind_of_end} for kind_of_end in ends]
         for kind in set().union(*kinds):
-            add(kind, source, _runs(values, [kind in own for own in kinds]))
+            add(kind, source, _runs(values, [kind in kind_of_end for kind_of_end in kinds]))
     for family in atlas.families if atlas is not None else ():
         if family.stable_runs:
             word = family.word.canonical(slowly.mirror).letters
@@ -113,9 +113,9 @@ def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
     return attractor.outcome, word, attractor.period
 
 
-def _runs(values: list[float], there: list[bool]) -> Iterator[ValueRange]:
+def _runs(values: list[float], is_present: list[bool]) -> Iterator[ValueRange]:
     """First and last of successive values at which something is there."""
-    for present, run in groupby(zip(values, there, strict=True), key=lambda pair: pair[1]):
+    for present, run in groupby(zip(values, is_present, strict=True), key=lambda pair: pair[1]):
         if present:
-            own = [value for value, _ in run]
-            yield own[0], own[-1]
+            run_values = [value for value, _ in run]
+            yield run_values[0], run_values[-1]

@@ -10,11 +10,11 @@ from vireport.base.progress import Progress
 
 if TYPE_CHECKING:
     from vireport.design.switched_on import SwitchedOn
-    from vireport.gate.evidence import Evidence
-    from vireport.gate.opening import FactPlace, Statement
-    from vireport.gate.requirements import Requirement
-    from vireport.gate.verdict import AddedAnswer, Verdict
     from vireport.scenario.blocks import Scenario
+    from vireport.study.judging.evidence import Evidence
+    from vireport.study.judging.opening import FactPlace, Statement
+    from vireport.study.judging.requirements import Requirement
+    from vireport.study.judging.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
@@ -74,15 +74,15 @@ class AddedFinding(Generic[Found]):
         """
         raise NotImplementedError
 
-    def contradicts_rigid_impacts(self, found: Found) -> bool:
+    def contradicts_rigid_impacts(self, finding: Found) -> bool:
         """Whether the motion is to be solved with the membranes' own stiffness, short as its contacts may be."""
         return False
 
-    def results(self, found: Found | None, study: Study) -> Mapping[str, Any]:
+    def results(self, finding: Found | None, study: Study) -> Mapping[str, Any]:
         """Its keys of results.json, null where nothing was found."""
         return {}
 
-    def results_within(self, block: Mapping[str, Any], found: Found | None) -> Mapping[str, Any]:
+    def results_within(self, block: Mapping[str, Any], finding: Found | None) -> Mapping[str, Any]:
         """The block of results.json that it extends, with its keys there."""
         return block
 
@@ -90,11 +90,11 @@ class AddedFinding(Generic[Found]):
         """What can be required of it: a row for each of its keys in the block `requirements`."""
         return ()
 
-    def share_of_starts(self, found: Found, evidence: Evidence) -> str | None:
+    def share_of_starts(self, finding: Found, evidence: Evidence) -> str | None:
         """How many starts come to a motion of a word that is required, in words; None where it does not know."""
         return None
 
-    def answers(self, found: Found, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
+    def answers(self, finding: Found, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
         """The answers of the verdict to its questions, as far as they arise."""
         return ()
 
@@ -102,22 +102,22 @@ class AddedFinding(Generic[Found]):
         """What a report opens with of its answers, or of their lack, by the place among the facts of the core."""
         return {}
 
-    def causes(self, found: Found, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
+    def causes(self, finding: Found, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What raises alerts, by their codes."""
         return {}
 
-    def pictures(self, found: Found, study: Study, templates: Path | None) -> Iterable[Any]:
+    def pictures(self, finding: Found, study: Study, templates: Path | None) -> Iterable[Any]:
         """The figures among its steps, each a `figures.style.Picture`."""
         return ()
 
-    def parts(self, found: Found, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, finding: Found, templates: Path | None) -> Mapping[str, Any]:
         """Sentences and tables of its section, by the names that its template knows."""
         return {}
 
-    def printed(self, found: Found, study: Study) -> str:
+    def printed(self, finding: Found, study: Study) -> str:
         """What a run prints of it on standard output."""
         return ""
 
-    def written(self, found: Found, study: Study) -> Mapping[str, bytes]:
+    def written(self, finding: Found, study: Study) -> Mapping[str, bytes]:
         """The content of its files, as far as there is any."""
         return {}

@@ -154,11 +154,13 @@ class MeasuredAt(Struct, frozen=True, eq=False):
     @property
     def impacts_shown(self) -> ShownImpacts | None:
         """What figures show of it; None where nothing is known."""
-        own, motion = self.shown, self.motion
-        if own is None:
+        measured_impacts, motion = self.shown, self.motion
+        if measured_impacts is None:
             return None
-        values, errors = (own.values, own.errors) if motion is None else (motion.values, motion.errors)
-        walls = own.walls if motion is None else np.array(motion.word.walls, dtype=float)
+        values, errors = (
+            (measured_impacts.values, measured_impacts.errors) if motion is None else (motion.values, motion.errors)
+        )
+        walls = measured_impacts.walls if motion is None else np.array(motion.word.walls, dtype=float)
         return ShownImpacts(walls, values[list(SHOWN)], errors[list(SHOWN)], motion is not None)
 
     @property
@@ -192,9 +194,9 @@ class Branching(Struct, frozen=True):
     down: str
 
 
-def hysteresis(known: Sequence[MeasuredAt]) -> tuple[Branching, ...]:
+def hysteresis(records: Sequence[MeasuredAt]) -> tuple[Branching, ...]:
     """The values that were measured upwards and downwards, with motions of different words."""
-    names = {(at.value, at.direction): at.name for at in known if at.motion is not None}
+    names = {(at.value, at.direction): at.name for at in records if at.motion is not None}
     pairs = ((value, up, names.get((value, Approach.DOWN))) for (value, way), up in names.items() if way is Approach.UP)
     return tuple(Branching(value, up, down) for value, up, down in sorted(pairs) if down is not None and down != up)
 
@@ -235,21 +237,21 @@ def measured_of(loaded: Loaded, say: Progress = lambda what: None) -> tuple[Meas
         If a record cannot be used.
     """
     stretches = _stretches(loaded)
-    known = []
+    rows = []
     for number, stretch in enumerate(stretches, 1):
         say(f"measured impacts, {number} of {len(stretches)}")
-        known.append(_measured_at(loaded.scenario, stretch))
-    return tuple(known)
+        rows.append(_measured_at(loaded.scenario, stretch))
+    return tuple(rows)
 
 
 def _stretches(loaded: Loaded) -> list[_Stretch]:
     """All records, each at one value."""
-    scenario, mistakes, found, more = loaded.scenario, list[Mistake](), list[_Stretch](), 0
+    scenario, mistakes, stretches, more = loaded.scenario, list[Mistake](), list[_Stretch](), 0
     for k, row in enumerate(scenario.measured or ()):
         path = f"measured.{k}.impacts"
         line = loaded.line_of(path) or 0
         try:
-            found += _of_row(loaded, row)
+            stretches += _of_row(loaded, row)
         except UsageError as error:
             mistakes.append(Mistake(line, path, str(error)))
         except ScenarioError as error:
@@ -257,27 +259,27 @@ def _stretches(loaded: Loaded) -> list[_Stretch]:
             more += error.more
     if mistakes:
         raise ScenarioError(loaded.document.name, mistakes, more)
-    return found
+    return stretches
 
 
 def _of_row(loaded: Loaded, row: RecordBlock) -> Iterator[_Stretch]:
     scenario, swept = loaded.scenario, loaded.scenario.parameter
     data = record_contents(row.impacts, loaded.place)
     frequency = row.value if swept is Parameter.FREQUENCY and row.value else scenario.excitation.frequency_hz
-    along = None
+    swept_range = None
     if scenario.sweep is not None:
         low, high = sorted((scenario.sweep.from_, scenario.sweep.to))
-        along = Sweepable(swept, low, high)
+        swept_range = Sweepable(swept, low, high)
         frequency = frequency or low
-    record = parse_record(data, row.impacts, float(frequency or 1.0), along)
+    record = parse_record(data, row.impacts, float(frequency or 1.0), swept_range)
     digest, design = sha256(data).hexdigest(), scenario.value_of(swept)
     if record.swept is None:
         value = design if row.value is None else row.value
         if value is None:
             needed = f"its value is not known (value, a column {swept}, or {swept.path})"
             raise UsageError(f"{row.impacts}: {needed}")
-        if along is not None and not along.holds(value):
-            raise UsageError(f"{row.impacts}: the design point {value:g} is {along.allowed}")
+        if swept_range is not None and not swept_range.holds(value):
+            raise UsageError(f"{row.impacts}: the design point {value:g} is {swept_range.allowed}")
         return iter([_Stretch(row.impacts, digest, row, record, float(value), row.direction)])
     if row.value is not None or row.direction is not Approach.NONE:
         raise UsageError(f"{row.impacts} has a column {swept}: value and direction are in it (leave them out here)")
@@ -296,8 +298,10 @@ def _split(digest: str, row: RecordBlock, record: Record, values: Floats) -> Ite
         step = 0.0 if len(held) == 1 else held[max(k, 1)] - held[max(k, 1) - 1]
         direction = Approach.NONE if step == 0 else Approach.UP if step > 0 else Approach.DOWN
         errors = None if record.errors is None else record.errors[first:last]
-        own = replace(record, times=record.times[first:last], walls=record.walls[first:last], swept=None, errors=errors)
-        yield _Stretch(row.impacts, digest, row, own, float(held[k]), direction)
+        part = replace(
+            record, times=record.times[first:last], walls=record.walls[first:last], swept=None, errors=errors
+        )
+        yield _Stretch(row.impacts, digest, row, part, float(held[k]), direction)
 
 
 def _measured_at(scenario: Scenario, stretch: _Stretch) -> MeasuredAt:
@@ -306,35 +310,35 @@ def _measured_at(scenario: Scenario, stretch: _Stretch) -> MeasuredAt:
     maximum = None
     if row.force_maximum_s is not None:
         maximum = ForceMaximum(row.force_maximum_s, row.force_maximum_error_s or 0.0)
-    found: Measured | NoFit | Open
+    measured_motion: Measured | NoFit | Open
     try:
-        found = measured(device, record, scenario.tolerances, maximum)
+        measured_motion = measured(device, record, scenario.tolerances, maximum)
     except Unidentifiable as refused:
-        found = refused.left_open
+        measured_motion = refused.left_open
     at = MeasuredAt(
         *(stretch.file, stretch.sha256, stretch.value, stretch.direction),
         *(float(record.times[0]), float(record.times[-1]), len(record.times), maximum is not None),
-        *(found, 1 / (2 * float(device.frequency_hz))),
+        *(measured_motion, 1 / (2 * float(device.frequency_hz))),
     )
-    if not isinstance(found, Measured):
+    if not isinstance(measured_motion, Measured):
         return at
-    computed, motion = _computed(device, found), found.motion
+    computed, motion = _computed(device, measured_motion), measured_motion.motion
     if motion is None or motion.word != Word((1, -1), device.period_ratio):
         return replace(at, computed=computed)
     return replace(at, computed=computed, multipliers=_multipliers(device, motion))
 
 
-def _computed(device: Device, found: Measured) -> Computed | None:
+def _computed(device: Device, measured_motion: Measured) -> Computed | None:
     """What the device comes to from the last state that was measured."""
-    before, phase = found.values[Quantity.BEFORE], found.values[Quantity.PHASE]
-    known = np.flatnonzero(before * found.walls > 0)
-    if not len(known):
+    before, phase = measured_motion.values[Quantity.BEFORE], measured_motion.values[Quantity.PHASE]
+    separated = np.flatnonzero(before * measured_motion.walls > 0)
+    if not len(separated):
         return None
-    last = known[-1]
-    start = Impact(int(found.walls[last]), float(before[last]), float(phase[last] % (2 * np.pi)))
+    last = separated[-1]
+    start = Impact(int(measured_motion.walls[last]), float(before[last]), float(phase[last] % (2 * np.pi)))
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     reached = find_attractor(groups, start, BUDGET, compiled=False)
-    motion = found.motion
+    motion = measured_motion.motion
     values = None if motion is None or reached.cycle is None else _in_order(device, reached, reached.cycle, motion)
     if motion is None or values is None:
         return Computed(reached.name)
@@ -346,8 +350,8 @@ def _computed(device: Device, found: Measured) -> Computed | None:
 
 def _in_order(device: Device, reached: Attractor, cycle: SimulatedMotion, motion: MeasuredMotion) -> Floats | None:
     """The values of a cycle in the order of a measured motion of the same word; None of another one."""
-    own = Word(tuple(cycle.wall.tolist()), reached.period)
-    if cycle.sticks or own.canonical() != motion.word:
+    word = Word(tuple(cycle.wall.tolist()), reached.period)
+    if cycle.sticks or word.canonical() != motion.word:
         return None
     groups = device.groups(Parameter.LENGTH, device.length_m)
     unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
@@ -355,7 +359,7 @@ def _in_order(device: Device, reached: Attractor, cycle: SimulatedMotion, motion
     rows = (cycle.velocity, after, cycle.phase, np.roll(cycle.flight, -1), unit * cycle.velocity, unit * after)
     values = np.stack([np.asarray(row, dtype=float) for row in rows])
     # Of the orders that give the word, that of the phases that were measured.
-    orders = [np.roll(values, -first, axis=1) for first in own.firsts(motion.word)]
+    orders = [np.roll(values, -first, axis=1) for first in word.firsts(motion.word)]
     phases = motion.values[Quantity.PHASE]
     return min(orders, key=lambda order: float(np.sum(1 - np.cos(order[Quantity.PHASE] - phases))))
 
@@ -372,9 +376,9 @@ def _multipliers(device: Device, motion: MeasuredMotion) -> Multipliers:
         )
         r = Restitutions(*measured[-2:])
         bottom, top = (gbar + groups.wave(phi, ARRAYS).force for phi in (phi_bottom, phi_top))
-        there = flight_jacobian(rise, (down, up), (bottom, top), r.bottom)
+        jacobian = flight_jacobian(rise, (down, up), (bottom, top), r.bottom)
         back = flight_jacobian(fall, (up, down), (top, bottom), r.top)
-        trace, decay = product_trace((there, back)), lap_decay(r)
+        trace, decay = product_trace((jacobian, back)), lap_decay(r)
         return np.array([trace, discriminant(trace, decay), decay], dtype=float)
 
     at = np.concatenate([motion.values.ravel(), motion.restitutions])
@@ -387,10 +391,10 @@ def _multipliers(device: Device, motion: MeasuredMotion) -> Multipliers:
     return Multipliers(float(value[0]), float(errors[0]), float(value[1]), float(errors[1]), float(value[2]))
 
 
-def measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
+def measured_data(records: tuple[MeasuredAt, ...]) -> dict[str, Any]:
     """What was measured, as results.json has it."""
-    loops = [{"sweep_value": at.value, "up": at.up, "down": at.down} for at in hysteresis(known)]
-    return {"measured": [_data(at) for at in known], "measured_hysteresis": loops}
+    loops = [{"sweep_value": at.value, "up": at.up, "down": at.down} for at in hysteresis(records)]
+    return {"measured": [_data(at) for at in records], "measured_hysteresis": loops}
 
 
 NAMES = {
@@ -405,10 +409,10 @@ NAMES = {
 
 
 def _data(at: MeasuredAt) -> dict[str, Any]:
-    from vireport.wording.templates import Words
+    from vireport.text.templates import Words
 
-    known, motion = at.shown, at.motion
-    told: dict[str, Any] = {
+    measured_motion, motion = at.shown, at.motion
+    data: dict[str, Any] = {
         "file": at.file,
         "sha256": at.sha256,
         "sweep_value": at.value,
@@ -418,9 +422,9 @@ def _data(at: MeasuredAt) -> dict[str, Any]:
         "rows": at.impacts,
         "clock_referenced": at.referenced,
         "reason": None if motion is not None else Words("measured")("reason", at),
-        "timing_error_s": known.timing_error_s if known else None,
-        "missed": known.missed if known else None,
-        "false": known.false if known else None,
+        "timing_error_s": measured_motion.timing_error_s if measured_motion else None,
+        "missed": measured_motion.missed if measured_motion else None,
+        "false": measured_motion.false if measured_motion else None,
         "word": motion.word.letters if motion else None,
         "periods": motion.word.periods if motion else None,
         "computed_motion": at.computed.name if at.computed else None,
@@ -432,7 +436,7 @@ def _data(at: MeasuredAt) -> dict[str, Any]:
         "trace_standard_error": at.multipliers.trace_error if at.multipliers else None,
     }
     if motion is None:
-        return told
+        return data
     errors, computed = motion.errors, at.computed
     for k, wall in enumerate(motion.word.walls):
         impact: dict[str, Any] = {"membrane": "bottom" if wall > 0 else "top"}
@@ -443,5 +447,5 @@ def _data(at: MeasuredAt) -> dict[str, Any]:
             impact[f"{name}_computed"] = None if values is None else float(values[quantity, k])
             difference = None if off is None else float(off[quantity, k])
             impact[f"{name}_difference"] = difference if difference is not None and np.isfinite(difference) else None
-        told["impacts"].append(impact)
-    return told
+        data["impacts"].append(impact)
+    return data

@@ -17,10 +17,10 @@ from msgspec import Struct
 
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError, install_command
-from vireport.gate.findings import findings
 from vireport.scenario.blocks import Direction, Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import ADDED_IF_FULL, SPECIAL, Special, barred_blocks
+from vireport.study.judging.findings import findings
 
 
 class Task(StrEnum):
@@ -253,12 +253,12 @@ class Plan(Struct, frozen=True, eq=False):
         Three lines at most, in the words of `templates`.
         """
         from vireport.text.formatting import capital
-        from vireport.wording.templates import Words
+        from vireport.text.templates import Words
 
         blocks = [addition for addition in self.additions if addition.is_block]
         inputs = [addition for addition in self.additions if not addition.is_block]
         adding = "add_or_all" if any(addition in ADDED_IF_FULL for addition in blocks) else "add"
-        gains = [Words(own, templates)("gain") if isinstance(own, AddedBlock) else own for own in blocks]
+        gains = [Words(block, templates)("gain") if isinstance(block, AddedBlock) else block for block in blocks]
         whole = (" and ".join((", ".join(ADDED_IF_FULL[:-1]), ADDED_IF_FULL[-1])),) if adding == "add_or_all" else ()
         wording = ((adding, gains, whole), ("give", inputs, ()))
         lines = [(macro, wanted, more) for macro, wanted, more in wording if wanted]
@@ -276,8 +276,8 @@ class Plan(Struct, frozen=True, eq=False):
             for step in self.steps:
                 if step.lacks == package:
                     ways.setdefault(step.lessened if step.runs else LEFT_OUT, []).append(step.task)
-            told = "; ".join(f"{way}: {', '.join(tasks)}" for way, tasks in ways.items())
-            lines.append(f"the package {package} is missing: {install_command(package)} ({told})")
+            text = "; ".join(f"{way}: {', '.join(tasks)}" for way, tasks in ways.items())
+            lines.append(f"the package {package} is missing: {install_command(package)} ({text})")
         return tuple(lines)
 
 
@@ -446,18 +446,18 @@ INTERPRETED_PER_SECOND = 3e4
 
 def _simulated(scenario: Scenario) -> str:
     """The simulation, with what it will cost."""
-    asked = scenario.simulation
-    if asked is None:
+    block = scenario.simulation
+    if block is None:
         return Task.SIMULATION.what
-    values = asked.samples if scenario.sweep is not None else 1
+    values = block.samples if scenario.sweep is not None else 1
     rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
     if not NUMBA.holds(scenario, frozenset()):
         rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {install_command('numba')}"
-    cost = f"about {values * asked.starts * asked.impacts / rate:.1g} s"
-    if asked.follow is not Direction.NONE:
-        jump = f"about {JUMP * asked.impacts / rate:.1g} s for each jump"
-        cost += f", then followed from value to value ({asked.follow}), {jump}"
-    return f"simulation: {values} x {asked.starts} starts x {asked.impacts} impacts, {cost}; {remark}"
+    cost = f"about {values * block.starts * block.impacts / rate:.1g} s"
+    if block.follow is not Direction.NONE:
+        jump = f"about {JUMP * block.impacts / rate:.1g} s for each jump"
+        cost += f", then followed from value to value ({block.follow}), {jump}"
+    return f"simulation: {values} x {block.starts} starts x {block.impacts} impacts, {cost}; {remark}"
 
 
 FOLLOWED_S, COEXISTING_S, LONG_WORDS_S = 0.5, 2.0, 60.0
@@ -467,7 +467,7 @@ of more impacts than are looked for, up to the bound on them: of the order."""
 
 def _followed(scenario: Scenario) -> str:
     """The families of motions, with what they will take."""
-    from vireport.atlas.families import LOOKED_FOR
+    from vireport.motions.atlas.families import LOOKED_FOR
 
     limits = scenario.motion_limits
     if limits is None:
@@ -551,12 +551,12 @@ def _known_additions() -> tuple[Addition | AddedBlock, ...]:
         for need in step.needs:
             if need.adds is not None:
                 first.setdefault(need.adds, k)
-    known: list[Addition | AddedBlock] = list(Addition)
+    additions: list[Addition | AddedBlock] = list(Addition)
     for block, place in first.items():
         if isinstance(block, AddedBlock):
-            later = (k for k, other in enumerate(known) if first.get(other, -1) > place)
-            known.insert(next(later, len(known)), block)
-    return tuple(known)
+            later = (k for k, other in enumerate(additions) if first.get(other, -1) > place)
+            additions.insert(next(later, len(additions)), block)
+    return tuple(additions)
 
 
 def figures() -> tuple[AnyTask, ...]:
@@ -574,16 +574,16 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
     formats : iterable of str
         Among `ALL_FORMATS`.
     """
-    asked, steps = frozenset(formats), []
+    wanted_formats, steps = frozenset(formats), []
     for row in declared_steps():
-        if all(need.holds(scenario, asked) for need in row.listed):
-            failing = next((need for need in row.needs if not need.holds(scenario, asked)), None)
+        if all(need.holds(scenario, wanted_formats) for need in row.listed):
+            failing = next((need for need in row.needs if not need.holds(scenario, wanted_formats)), None)
             why = row.why if failing is None else failing.otherwise.format(parameter=scenario.parameter.path)
             runs, what = failing is None, row.task.what
             if row.costs is not None and (runs or row.task is Task.OPTIMISE):
                 what = row.costs(scenario)
             # A step that is left out for something else, too, lacks no package.
-            lacking = [need for need in (*row.needs, row.better) if need and not need.holds(scenario, asked)]
+            lacking = [need for need in (*row.needs, row.better) if need and not need.holds(scenario, wanted_formats)]
             lacks = lacking[0].package if lacking and all(need.package for need in lacking) else ""
             adds = failing.adds if failing is not None else None
             steps.append(Step(row.task, runs, what, why, lacks, row.lessened, adds))

@@ -22,7 +22,6 @@ from vireport.design.distortion import Distortion
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval
 from vireport.design.solution import Solution
-from vireport.gate.stretch import STATED_FIELD_V_M
 from vireport.motions.branches import Branch
 from vireport.motions.diagram import TableRow
 from vireport.motions.error_bounds import NO_BOUND, rounded_up, undecided
@@ -34,12 +33,11 @@ from vireport.physics.device import Shaker
 from vireport.physics.energy import Conversion, Fitting, Membrane, Voltages
 from vireport.physics.groups import Groups, Restitutions
 from vireport.study.families import family_rows
+from vireport.study.judging.stretch import STATED_FIELD_V_M
 from vireport.study.provenance import Provenance
 from vireport.text.foreign import inert_cell
 
 if TYPE_CHECKING:
-    from vireport.checks.crosscheck import CrossCheck, MotionCount
-    from vireport.checks.hysteresis import Hysteresis
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
     from vireport.design.switched_on import SwitchedOn
@@ -47,6 +45,8 @@ if TYPE_CHECKING:
     from vireport.motions.families import Atlas, Family, Mark
     from vireport.simulation.attractors import Attractor
     from vireport.simulation.following import Course, Jump
+    from vireport.study.checks.crosscheck import CrossCheck, MotionCount
+    from vireport.study.checks.hysteresis import Hysteresis
     from vireport.study.coexistence import Coexisting
 
 SCHEMA_VERSION = 1
@@ -334,16 +334,16 @@ def _by_law(design: DesignPoint) -> dict[str, Any]:
     r = design.motions.restitution
     if not isinstance(r, Restitutions) or not np.ndim(r.bottom):
         return {}
-    own = {"restitution_bottom": r.bottom.tolist(), "restitution_top": r.top.tolist()}
-    return {**own, "claim": Claim.FOLLOWED, "not_followed": design.lost}
+    restitutions = {"restitution_bottom": r.bottom.tolist(), "restitution_top": r.top.tolist()}
+    return {**restitutions, "claim": Claim.FOLLOWED, "not_followed": design.lost}
 
 
 def _distortion(distortion: Distortion) -> dict[str, Any]:
-    found = distortion.share is not None
+    limited = distortion.share is not None
     return {
         "order": distortion.order,
         "percent": None if distortion.share is None else 100 * distortion.share,
-        "phase_deg": distortion.phase_deg if found else None,
+        "phase_deg": distortion.phase_deg if limited else None,
         "kind": distortion.event,
         "error_bound_percent": None if distortion.error_bound is None else 100 * distortion.error_bound,
         "searched_to_percent": 100 * distortion.searched_to,
@@ -373,84 +373,84 @@ def margin_data(margin: Margin) -> dict[str, Any]:
     }
 
 
-def shaker_finding_data(found: ShakerFinding) -> dict[str, Any]:
+def shaker_finding_data(doubt: ShakerFinding) -> dict[str, Any]:
     """What may be wrong with a recorded acceleration, as data; null is what a finding does not have."""
-    data = {"kind": found.doubt.value, "channel": found.channel, "value": found.value}
-    match found.doubt.value:
+    data = {"kind": doubt.doubt.value, "channel": doubt.channel, "value": doubt.value}
+    match doubt.doubt.value:
         case "lone_sample":
-            return data | {"at_s": found.at_s, "recorded_m_s2": found.recorded, "others_within_m_s2": found.stated}
+            return data | {"at_s": doubt.at_s, "recorded_m_s2": doubt.recorded, "others_within_m_s2": doubt.stated}
         case "clipped":
             return data
         case _:
-            return data | {"recorded_m_s2": found.recorded, "scenario_m_s2": found.stated}
+            return data | {"recorded_m_s2": doubt.recorded, "scenario_m_s2": doubt.stated}
 
 
-def switched_on_data(found: SwitchedOn) -> dict[str, Any]:
+def switched_on_data(switched: SwitchedOn) -> dict[str, Any]:
     """What the device does when it is switched on, and how fast it recovers; null is what was not computed."""
-    end, recovery = found.from_rest, found.recovery
+    end, recovery = switched.from_rest, switched.recovery
     from_rest = {
         "outcome": None if end is None else end.destination,
         "word": None if end is None else end.word or None,
         "periods": None if end is None else end.periods or None,
         "reason": None if end is None or end.decided else end.name,
         "settles_after_periods": None if end is None else end.settles_after,
-        "ramp_periods": found.ramp_periods,
-        "motion": found.reached and _followed(found.reached),
+        "ramp_periods": switched.ramp_periods,
+        "motion": switched.reached and _followed(switched.reached),
         "along_sweep": [
             {"from": part.start, "to": part.end, "outcome": part.outcome.destination}
             | {"word": part.outcome.word or None, "periods": part.outcome.periods or None}
-            for part in (*found.over_sweep, *found.sampled)
+            for part in (*switched.over_sweep, *switched.sampled)
         ],
     }
     return {
         "from_rest": from_rest,
-        "found_by_starts": [_followed(motion) for motion in found.by_starts],
+        "found_by_starts": [_followed(motion) for motion in switched.by_starts],
         "recovery_periods": recovery and recovery.periods,
         "recovery_s": recovery and recovery.seconds,
         "recovery_error_bound_periods": recovery and recovery.error_bound,
-        "recovery_reason": found.no_recovery,
+        "recovery_reason": switched.no_recovery,
     }
 
 
-def _followed(found: FollowedMotion) -> dict[str, Any]:
+def _followed(followed: FollowedMotion) -> dict[str, Any]:
     """A stable motion of any word, by the names of the families, and how far it is one."""
-    motion, ends = found.motion, (found.low, found.high, found.below, found.above)
+    motion, ends = followed.motion, (followed.low, followed.high, followed.below, followed.above)
     return {
         "word": motion.word.letters,
         "ratio": motion.word.ratio,
         "periods": motion.word.periods,
-        "stability": found.stability,
+        "stability": followed.stability,
         "velocity": motion.velocity.tolist(),
         "phase_rad": motion.phase.tolist(),
         "time": motion.time.tolist(),
-        "trace": found.trace,
+        "trace": followed.trace,
         "multipliers": {
-            "real": [each.real for each in found.multipliers],
-            "imaginary": [each.imag for each in found.multipliers],
+            "real": [each.real for each in followed.multipliers],
+            "imaginary": [each.imag for each in followed.multipliers],
         },
         "error_bounds": {
             name: rounded_up(bound[None])[0]
             for name, bound in (
-                ("velocity", found.velocity_error),
-                ("phase_rad", found.phase_error),
-                ("time", found.time_error),
+                ("velocity", followed.velocity_error),
+                ("phase_rad", followed.phase_error),
+                ("time", followed.time_error),
             )
         },
-        "stable_range": {"parameter": found.varied}
+        "stable_range": {"parameter": followed.varied}
         | dict(zip(("from", "to", "from_reason", "to_reason"), ends, strict=True)),
     }
 
 
-def effects_data(found: Shifts) -> dict[str, Any]:
+def effects_data(shifts: Shifts) -> dict[str, Any]:
     """Where the nearest end of stable motion would be with what the model leaves out."""
-    end = found.end
+    end = shifts.end
     return {
         "parameter": end and end.parameter,
         "label": end and end.label,
         "kind": end and end.event,
         "sweep_value": end and end.sweep_value,
         "relative": end and end.relative,
-        "reason": found.absence,
+        "reason": shifts.absence,
         "rows": [
             {
                 "effect": shift.effect.left_out,
@@ -465,7 +465,7 @@ def effects_data(found: Shifts) -> dict[str, Any]:
                 "stable": shift.stable if shift.computed else None,
                 "reason": shift.absence,
             }
-            for shift in found.rows
+            for shift in shifts.rows
         ],
     }
 

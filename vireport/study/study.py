@@ -15,9 +15,6 @@ from vireport.base.progress import Progress, portion
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.point import with_distortions
 from vireport.design.solution import Solution, solution_of, with_tolerances
-from vireport.gate.alerts import LONG_CONTACT, Alert, alerts
-from vireport.gate.evidence import Criterion, Evidence
-from vireport.gate.findings import findings, found_by
 from vireport.motions.periodicity import model_of
 from vireport.motions.sweep import NO_TOLERANCE, Sweep
 from vireport.motions.switching import Limits
@@ -30,6 +27,9 @@ from vireport.scenario.blocks import LeftOut, MotionsBlock, Scenario, to_dict
 from vireport.scenario.loading import Loaded, Source, load
 from vireport.scenario.parameters import DesignInput
 from vireport.study.families import families_data, motions_data
+from vireport.study.judging.alerts import LONG_CONTACT, Alert, alerts
+from vireport.study.judging.evidence import Criterion, Evidence
+from vireport.study.judging.findings import findings, found_by
 from vireport.study.plan import (
     FORMATS,
     Plan,
@@ -49,20 +49,20 @@ from vireport.study.results import (
     switched_on_data,
 )
 from vireport.text.foreign import visible
-from vireport.text.formatting import shown
+from vireport.text.formatting import print_rounded
 
 if TYPE_CHECKING:
-    from vireport.checks.crosscheck import CrossCheck
-    from vireport.checks.reproduction import Reproduction
-    from vireport.compliant.own_stiffness import OwnStiffness
     from vireport.design.attractors_from_rest import AttractorFromRest
+    from vireport.design.compliant.own_stiffness import OwnStiffness
     from vireport.design.switched_on import SwitchedOn
-    from vireport.gate.opening import Opening
-    from vireport.gate.verdict import Verdict
     from vireport.motions.families import Atlas
     from vireport.motions.points import Point
     from vireport.simulation.following import Jump
+    from vireport.study.checks.crosscheck import CrossCheck
+    from vireport.study.checks.reproduction import Reproduction
     from vireport.study.coexistence import Coexisting
+    from vireport.study.judging.opening import Opening
+    from vireport.study.judging.verdict import Verdict
     from vireport.study.measured import Branching, MeasuredAt
 
 
@@ -144,13 +144,13 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def verdict(self) -> Verdict:
         """The answers and criteria that the study comes to."""
-        from vireport.gate.verdict import verdict_of
+        from vireport.study.judging.verdict import verdict_of
 
         return verdict_of(self.evidence)
 
     @property
     def _margin_to_use(self) -> dict[str, Any] | None:
-        from vireport.gate.least_margin import margin_to_use
+        from vireport.study.judging.least_margin import margin_to_use
 
         use = margin_to_use(self.evidence)
         return None if use is None else use.to_dict()
@@ -158,7 +158,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def opening(self) -> Opening:
         """What a report opens with: one sentence, the gravest facts, and the numbers to act on."""
-        from vireport.gate.opening import opening_of
+        from vireport.study.judging.opening import opening_of
 
         return opening_of(self.verdict, self.alerts, self.reproduction)
 
@@ -195,7 +195,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         """The stable motion found again by the simulation, in milliseconds; None where there is none, or no page."""
         if not self.plan.runs(Task.REPRODUCTION):
             return None
-        from vireport.checks.reproduction import reproduce
+        from vireport.study.checks.reproduction import reproduce
 
         return reproduce(self.solution)
 
@@ -207,10 +207,10 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         shown : bool
             Whether of the families only those are wanted that pages show, see `Atlas.shown`.
         """
-        solution, asked = self.solution, self.scenario
+        solution, scenario = self.solution, self.scenario
         return {
             "schema_version": SCHEMA_VERSION,
-            "scenario": to_dict(asked),
+            "scenario": to_dict(scenario),
             "overrides": list(self.loaded.overrides),
             **solution_data(solution, self.plan.reason(Task.DISTORTION)),
             "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
@@ -219,16 +219,16 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             "effects": self.effects and effects_data(self.effects),
             "margin_to_use": self._margin_to_use,
             **self._added_data(),
-            "requirements": None if asked.requirements is None else _requirements_data(self.criteria),
+            "requirements": None if scenario.requirements is None else _requirements_data(self.criteria),
             "disturbances": self.switched_on and self._switched_on_data(self.switched_on),
             **_measured_data(self.measured),
             "alerts": [alert.to_dict() for alert in self.alerts],
             "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
         }
 
-    def _switched_on_data(self, known: SwitchedOn) -> Mapping[str, Any]:
+    def _switched_on_data(self, switched: SwitchedOn) -> Mapping[str, Any]:
         """What the device does when it is switched on, with what additions know of it."""
-        block: Mapping[str, Any] = switched_on_data(known)
+        block: Mapping[str, Any] = switched_on_data(switched)
         for name, finding in findings().items():
             if finding.extends == "disturbances":
                 block = finding.results_within(block, self.findings.get(name))
@@ -269,8 +269,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
                 critical.label,
                 critical.event.words,
                 critical.symmetry,
-                shown(critical.sweep_value, self.evidence.exactness),
-                shown(critical.d, self.evidence.exactness),
+                print_rounded(critical.sweep_value, self.evidence.exactness),
+                print_rounded(critical.d, self.evidence.exactness),
             )
             for critical in points
         ]
@@ -301,18 +301,18 @@ def _motions_data(atlas: Atlas | None, membrane: Membrane | None, shown: bool) -
     return {"motions": motions_data(atlas), "families": families_data(families, membrane)}
 
 
-def _measured_data(known: tuple[MeasuredAt, ...]) -> dict[str, Any]:
-    if not known:
+def _measured_data(records: tuple[MeasuredAt, ...]) -> dict[str, Any]:
+    if not records:
         return {}
     from vireport.study.measured import measured_data
 
-    return measured_data(known)
+    return measured_data(records)
 
 
-def _own_stiffness_data(found: OwnStiffness) -> dict[str, Any]:
-    from vireport.compliant.own_stiffness import own_stiffness_data
+def _own_stiffness_data(compliant: OwnStiffness) -> dict[str, Any]:
+    from vireport.design.compliant.own_stiffness import own_stiffness_data
 
-    return own_stiffness_data(found)
+    return own_stiffness_data(compliant)
 
 
 def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
@@ -322,11 +322,11 @@ def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
 
 def sweep_of(scenario: Scenario) -> Sweep | None:
     """The sweep of a scenario, None where it has none."""
-    asked, tolerances = scenario.sweep, scenario.tolerances
-    if asked is None:
+    block, tolerances = scenario.sweep, scenario.tolerances
+    if block is None:
         return None
-    off = tolerances.off(DesignInput(asked.parameter)) if tolerances is not None else NO_TOLERANCE
-    return Sweep(Device.of(scenario), asked.parameter, asked.from_, asked.to, off)
+    off = tolerances.off(DesignInput(block.parameter)) if tolerances is not None else NO_TOLERANCE
+    return Sweep(Device.of(scenario), block.parameter, block.from_, block.to, off)
 
 
 def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
@@ -365,7 +365,7 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         solution = with_tolerances(solution, tolerances)
     study = Study(loaded, steps, solution, measured=measured)
     if scenario.simulation is not None:
-        from vireport.checks.crosscheck import crosscheck
+        from vireport.study.checks.crosscheck import crosscheck
 
         study = replace(study, crosscheck=crosscheck(solution, scenario.simulation, say))
     if solution.sweep is not None and steps.runs(Task.CIRCLES):
@@ -383,7 +383,7 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
         say("moving the nearest end by what the model leaves out")
         study = _with_effects(study)
     if scenario.requirements is not None:
-        from vireport.gate.requirements import assess
+        from vireport.study.judging.requirements import assess
 
         say("judging the requirements")
         study = replace(study, criteria=assess(loaded, study.evidence))
@@ -415,8 +415,8 @@ def _measured(loaded: Loaded, say: Progress) -> tuple[MeasuredAt, ...]:
 def _switched_on(study: Study, say: Progress) -> Study:
     """Switch the device on: as an addition says or, as far as the plan has it, at once."""
     for name, finding in findings().items():
-        if (known := finding.switched_on(study, say)) is not None:
-            switched_on, new = known
+        if (switched := finding.switched_on(study, say)) is not None:
+            switched_on, new = switched
             return replace(study, switched_on=switched_on, findings={**study.findings, name: new})
     nowhere_stable = study.plan.runs(Task.SAMPLED_FROM_REST) and not study.solution.stable_ranges
     if not (nowhere_stable or study.plan.runs(Task.FROM_REST)):
@@ -427,21 +427,21 @@ def _switched_on(study: Study, say: Progress) -> Study:
     return replace(study, switched_on=switched_on_at_once(study.solution))
 
 
-def _with_motions(study: Study, asked: MotionsBlock, say: Progress) -> Study:
-    from vireport.atlas.families import atlas
-    from vireport.atlas.guesses import motions_of
+def _with_motions(study: Study, block: MotionsBlock, say: Progress) -> Study:
+    from vireport.motions.atlas.families import atlas
+    from vireport.motions.atlas.guesses import motions_of
 
     sweep = study.solution.sweep
     if sweep is None:
         return study
-    given = []
-    for row in asked.starts:
+    starts = []
+    for row in block.starts:
         word, coordinate = Word.of(row.word, row.periods), float(sweep.coordinate_of(row.value))
         low, high = map(float, sweep.coordinate_range)
-        given.append(motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate))
-    limits = Limits(asked.impacts, asked.periods)
-    families = atlas(sweep, limits, chain(chain.from_iterable(given), _simulated(study, sweep)), say)
-    _require_found(study.loaded, asked, given, families)
+        starts.append(motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate))
+    limits = Limits(block.impacts, block.periods)
+    families = atlas(sweep, limits, chain(chain.from_iterable(starts), _simulated(study, sweep)), say)
+    _require_found(study.loaded, block, starts, families)
     return replace(study, atlas=families)
 
 
@@ -451,7 +451,7 @@ def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
     if check is not None:
         ends = [(value, end.cycle) for value, end in check.attractors()]
     else:
-        ends = [(found.value, found.motion) for found in study.attractors_from_rest]
+        ends = [(settled.value, settled.motion) for settled in study.attractors_from_rest]
     if switched_on is not None and switched_on.from_rest is not None and design is not None:
         ends.append((design.value, switched_on.from_rest.cycle))
     for value, cycle in ends:
@@ -462,7 +462,7 @@ def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
             yield replace(followed.motion, coordinate=float(sweep.coordinate_of(design.value)))
 
 
-def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence[Motion]], families: Atlas) -> None:
+def _require_found(loaded: Loaded, block: MotionsBlock, motions: Sequence[Sequence[Motion]], families: Atlas) -> None:
     """Refuse words that no motion was found of at their value, with those that there are.
 
     Raises
@@ -470,11 +470,16 @@ def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence
     ScenarioError
     """
     mistakes = []
-    for k, (row, found) in enumerate(zip(asked.starts, given, strict=True)):
+    for k, (row, by_row) in enumerate(zip(block.starts, motions, strict=True)):
         word, parameter, path = Word.of(row.word, row.periods), families.sweep.parameter, f"motions.starts.{k}"
-        there = {motion.word.canonical() for _, motion in families.at(row.value)}
-        if not found and word.canonical() not in there:
-            names = [own.name for own in sorted(there, key=lambda own: (own.periods, len(own), own.letters))]
+        words = {motion.word.canonical() for _, motion in families.at(row.value)}
+        if not by_row and word.canonical() not in words:
+            names = [
+                stable_word.name
+                for stable_word in sorted(
+                    words, key=lambda stable_word: (stable_word.periods, len(stable_word), stable_word.letters)
+                )
+            ]
             what = f"no motion {word.name} was found at {parameter.place(row.value)}"
             mistakes.append(Mistake(loaded.line_of(path) or 0, path, f"{what} (there: {', '.join(names) or 'none'})"))
     if mistakes:
@@ -484,29 +489,33 @@ def _require_found(loaded: Loaded, asked: MotionsBlock, given: Sequence[Sequence
 def _with_own_stiffness(study: Study) -> Study:
     """Add the motion with the membranes' own stiffness where contacts are long, or found to matter, for rigid ones."""
     share = study.evidence.contact_share
-    contradicted = any(finding.contradicts_rigid_impacts(found) for finding, found in found_by(study.findings))
+    contradicted = any(finding.contradicts_rigid_impacts(result) for finding, result in found_by(study.findings))
     if share is None or not (share > LONG_CONTACT or contradicted):
         return study
-    from vireport.compliant.own_stiffness import own_stiffness
+    from vireport.design.compliant.own_stiffness import own_stiffness
 
     return replace(study, own_stiffness=own_stiffness(study.solution))
 
 
 def _with_effects(study: Study) -> Study:
     """Add how far the nearest end would move, by the membranes' own stiffness as well where that is known."""
-    design, own = study.solution.design, study.own_stiffness
+    design, compliant = study.solution.design, study.own_stiffness
     if design is None:
         return study
     required = study.scenario.requirements
-    asked = required is not None and required.margin_with_effects_percent is not None
-    found = shifts(study.solution.device, design, Effect.requested(study.scenario.effects), asked)
-    at = own.end_of(found.end.parameter, found.end.point) if own is not None and found.end is not None else None
-    if own is None or at is None or found.end is None:
-        return replace(study, effects=found)
-    effect, end = Effect(LeftOut.STIFFNESS), found.end
+    required_margin = required is not None and required.margin_with_effects_percent is not None
+    moved = shifts(study.solution.device, design, Effect.requested(study.scenario.effects), required_margin)
+    at = (
+        compliant.end_of(moved.end.parameter, moved.end.point)
+        if compliant is not None and moved.end is not None
+        else None
+    )
+    if compliant is None or at is None or moved.end is None:
+        return replace(study, effects=moved)
+    effect, end = Effect(LeftOut.STIFFNESS), moved.end
     if at.compliant is not None:
         value = float(study.solution.device.value_of(end.parameter))
-        found = replace(found, rows=(*found.rows, shift_to(effect, end, at.compliant, end.event, value)))
-    elif own.margin_gone:
-        found = replace(found, rows=(*found.rows, Shift(effect, absence=Unmoved.NOT_STABLE)))
-    return replace(study, effects=found)
+        moved = replace(moved, rows=(*moved.rows, shift_to(effect, end, at.compliant, end.event, value)))
+    elif compliant.margin_gone:
+        moved = replace(moved, rows=(*moved.rows, Shift(effect, absence=Unmoved.NOT_STABLE)))
+    return replace(study, effects=moved)

@@ -1,6 +1,6 @@
 """All words of alerts: what they mean, what to do, and the sentences that say with numbers what raises one.
 
-`vireport.gate` finds where they are raised, and the numbers.
+`vireport.study.judging` finds where they are raised, and the numbers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from msgspec import Struct
 
 from vireport.base.errors import UsageError
-from vireport.text.formatting import OF_A_MODEL, ROUGHLY, given, shown
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, print_rounded, print_stated
 from vireport.text.terms import TERMS
 
 EXPLANATION_WIDTH = 100
@@ -72,7 +72,7 @@ class Sentence(NamedTuple):
     """
 
     name: str
-    given: Mapping[str, Any] = {}
+    values: Mapping[str, Any] = {}
 
 
 class _Phrases(tuple[str, ...]):
@@ -87,7 +87,9 @@ class _Number(float):
 
     def __format__(self, kind: str) -> str:
         sign = "+" if kind.startswith("+") and self > 0 else ""
-        return sign + (given(self) if kind == "given" else shown(self, ROUGHLY if "roughly" in kind else OF_A_MODEL))
+        return sign + (
+            print_stated(self) if kind == "given" else print_rounded(self, ROUGHLY if "roughly" in kind else OF_A_MODEL)
+        )
 
 
 class Explanation(Struct, frozen=True, eq=False):
@@ -120,7 +122,7 @@ class Explanation(Struct, frozen=True, eq=False):
     def _worded(self, sentence: Sentence) -> str:
         values = {
             name: _Phrases(map(self._worded, value)) if isinstance(value, list) else value
-            for name, value in sentence.given.items()
+            for name, value in sentence.values.items()
         }
         values |= {name: _Number(value) for name, value in values.items() if isinstance(value, float)}
         return self.cause[sentence.name].format(**values)

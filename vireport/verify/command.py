@@ -5,11 +5,11 @@ import typer
 from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
 from vireport.base.files import require_writable
-from vireport.command import options as given
-from vireport.command.declared import CommandPanel, DeclaredCommand
-from vireport.command.inputs import read_scenario
-from vireport.command.options import figure_width_mm, recorded, refuse
-from vireport.command.outcome import CommandOutcome, deliver, progress, tell_lacking
+from vireport.cli import options as given
+from vireport.cli.declared import CommandPanel, DeclaredCommand
+from vireport.cli.inputs import read_scenario
+from vireport.cli.options import figure_width_mm, recorded, refuse
+from vireport.cli.outcome import CommandOutcome, deliver, progress, tell_lacking
 
 
 def verify(

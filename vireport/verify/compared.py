@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from vireport.checks import reference as exact
-from vireport.checks.forty_digits import MATCH, critical_motion, motion_errors
 from vireport.motions.points import Point
 from vireport.physics.device import Device
 from vireport.physics.groups import map_restitution
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
+from vireport.study.checks import reference as exact
+from vireport.study.checks.forty_digits import MATCH, critical_motion, motion_errors
 from vireport.study.study import Study
 from vireport.text.alerts import AlertCode
-from vireport.text.formatting import ROUGHLY, shown
+from vireport.text.formatting import ROUGHLY, print_rounded
 from vireport.verify.rows import BOUND, CaseFinding, WrongAnswerError
 
 SPACING = 2.220446049250313e-16
@@ -95,7 +95,9 @@ def _require_all_motions(study: Study) -> None:
             velocity, phase, u = map(float, state)
             apart = np.abs(m.velocity_bottom - velocity) + np.abs(m.q - 0.5 - u) + np.abs(wrapped(m.phi_bottom - phase))
             if np.min(apart, initial=np.inf) > MATCH and exact.wall_gap(state, d, gbar, r, n) > 0:
-                raise WrongAnswerError(f"a motion at q = {shown(u + 0.5)}, velocity {shown(velocity)} was not found")
+                raise WrongAnswerError(
+                    f"a motion at q = {print_rounded(u + 0.5)}, velocity {print_rounded(velocity)} was not found"
+                )
 
 
 def point_errors(points: Iterable[Point], device: Device, parameter: Parameter) -> float:
@@ -105,6 +107,8 @@ def point_errors(points: Iterable[Point], device: Device, parameter: Parameter) 
         value = float(critical_motion(point, device, parameter)[3])
         error, stated = (x / (abs(value) or 1.0) for x in (abs(point.sweep_value - value), point.error_bound))
         if error > max(stated, SPACING):
-            raise WrongAnswerError(f"{point.label} is off by {shown(error, ROUGHLY)}, stated {shown(stated, ROUGHLY)}")
+            raise WrongAnswerError(
+                f"{point.label} is off by {print_rounded(error, ROUGHLY)}, stated {print_rounded(stated, ROUGHLY)}"
+            )
         errors.append(error if stated < BOUND else 0.0)
     return max(errors)

@@ -7,8 +7,6 @@ from functools import partial
 
 import numpy as np
 
-from vireport.checks import reference as exact
-from vireport.checks.forty_digits import critical_motion, motion_errors
 from vireport.motions.events import Event
 from vireport.motions.level_curve import sample
 from vireport.motions.one_to_one import Motions, motions_of
@@ -16,7 +14,9 @@ from vireport.motions.points import Point
 from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import shown
+from vireport.study.checks import reference as exact
+from vireport.study.checks.forty_digits import critical_motion, motion_errors
+from vireport.text.formatting import print_rounded
 from vireport.verify.compared import SPACING, examine, point_errors
 from vireport.verify.harvester import Harvester
 from vireport.verify.rows import Case, CaseFinding, NotThereError, WrongAnswerError
@@ -73,9 +73,9 @@ def _standing(harvester: Harvester, kind: Event) -> CaseFinding:
     for point in points[:MOST_POINTS]:
         s = point.sweep_value
         for length in (s, float(np.nextafter(s, 0)), float(np.nextafter(s, np.inf))):
-            found = examine(harvester.with_device(length_m=length).study(), degenerate=True)
-            errors.append(found.error or 0.0)
-            counts.append(found.text.removeprefix("motions: "))
+            finding = examine(harvester.with_device(length_m=length).study(), degenerate=True)
+            errors.append(finding.error or 0.0)
+            counts.append(finding.text.removeprefix("motions: "))
     labels = ", ".join(point.label for point in points)
     return CaseFinding(f"{' '.join(counts)} motions at and beside {labels}", max(errors))
 
@@ -147,6 +147,6 @@ def _grazing(harvester: Harvester, gap: float) -> CaseFinding:
             true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))
         errors.append(abs(float(m.wall_gap[near]) - true))
         if abs(true) >= GAP_BOUND and bool(m.admissible_mask[near]) != (true > 0):
-            raise WrongAnswerError(f"{point.label}: admissible is wrong at a gap of {shown(true)}")
-        texts.append(f"{shown(float(m.wall_gap[near]))} for {shown(true)}")
+            raise WrongAnswerError(f"{point.label}: admissible is wrong at a gap of {print_rounded(true)}")
+        texts.append(f"{print_rounded(float(m.wall_gap[near]))} for {print_rounded(true)}")
     return CaseFinding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND)

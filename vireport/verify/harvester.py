@@ -114,5 +114,5 @@ def harvester_of(loaded: Loaded | None) -> Harvester:
             span = ends[0] / length, ends[1] / length
     if device.ball_mass_kg is None:
         values[BALL] = BALL_SHARE * device.capsule_mass_kg
-    given = load(device_tree(scenario, values)).scenario
-    return Harvester(given, Device.of(given), span)
+    scenario_read = load(device_tree(scenario, values)).scenario
+    return Harvester(scenario_read, Device.of(scenario_read), span)

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from vireport.checks import reference as exact
 from vireport.physics.device import NO_GRAVITY
 from vireport.physics.energy import impact_speed, voltages
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.scenario.parameters import Parameter
+from vireport.study.checks import reference as exact
 from vireport.study.study import Study
 from vireport.text.formatting import quantity
 from vireport.verify.compared import SPACING, examine, require_finite

@@ -13,16 +13,16 @@ from vireport.base.encoding import json_text
 from vireport.findings.accuracy.methods import CLOSED, WHOLE
 from vireport.findings.accuracy.tables import measurements, power, ranking
 from vireport.findings.accuracy.workprecision import WorkPrecision
-from vireport.gate.findings import findings, found_by
-from vireport.gate.opening import Opening, Statement, gravest
-from vireport.gate.verdict import Status
 from vireport.scenario.blocks import AccuracyBlock
 from vireport.scenario.loading import Loaded
+from vireport.study.judging.findings import findings, found_by
+from vireport.study.judging.opening import Opening, Statement, gravest
+from vireport.study.judging.verdict import Status
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse
+from vireport.text.said import Said, words_of
 from vireport.text.tables import Table, plain_text
-from vireport.wording.said import Said, words_of
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -107,13 +107,13 @@ def _soft_membranes(study: Study) -> Iterator[Statement]:
     finding = findings().get(MEMBRANES)
     if finding is None:
         return
-    found, answer = study.findings.get(MEMBRANES), study.verdict.added.get(MEMBRANES)
-    if found is None:
+    compliance, answer = study.findings.get(MEMBRANES), study.verdict.added.get(MEMBRANES)
+    if compliance is None:
         step = next(iter(finding.steps())).task
         yield Statement(Status.NEUTRAL, _said("soft_membranes_left_out", study.plan.reason(step)))
     else:
         status = Status.NEUTRAL if answer is None else answer.status
-        yield Statement(status, _said("soft_membranes", finding.parts(found, None)["verdict"]))
+        yield Statement(status, _said("soft_membranes", finding.parts(compliance, None)["verdict"]))
 
 
 def _of_runs(work: WorkPrecision) -> Iterator[Statement]:
@@ -142,9 +142,9 @@ def _parts(study: Study, every: bool) -> Iterator[Table]:
         return
     yield from measurements(work, every)
     yield from ranking(work)
-    for finding, found in found_by(study.findings):
+    for finding, result in found_by(study.findings):
         if finding.name == MEMBRANES:
-            parts = finding.parts(found, None)
+            parts = finding.parts(result, None)
             yield from (*parts["comparison"], *parts["solvers"])
 
 
@@ -160,8 +160,8 @@ def data(study: Study, command: str) -> bytes:
 
 def _results(study: Study) -> dict[str, Any]:
     """What results.json has of these additions."""
-    found = (finding.results(study.findings.get(finding.name), study) for finding in _findings())
-    return {key: data for block in found for key, data in block.items()}
+    blocks = (finding.results(study.findings.get(finding.name), study) for finding in _findings())
+    return {key: data for block in blocks for key, data in block.items()}
 
 
 def files(study: Study, command: str, width_mm: float | None = None) -> dict[str, bytes]:
@@ -169,6 +169,6 @@ def files(study: Study, command: str, width_mm: float | None = None) -> dict[str
     from vireport.figures.style import Sheet, drawn_for
 
     with drawn_for(Sheet.of(width_mm)):
-        added = (finding.pictures(found, study, None) for finding, found in found_by(study.findings))
+        added = (finding.pictures(result, study, None) for finding, result in found_by(study.findings))
         drawn = {picture.name: picture.png for picture in chain.from_iterable(added)}
     return {"accuracy.json": data(study, command), **{f"{name}.png": png for name, png in drawn.items()}}

@@ -11,10 +11,10 @@ from time import perf_counter
 from typing import Any, NamedTuple, cast
 
 from vireport.base.errors import NumericalError, VireportError
-from vireport.gate.opening import Opening, Statement
-from vireport.gate.verdict import Status
-from vireport.text.formatting import ROUGHLY, shown
-from vireport.wording.said import words_of
+from vireport.study.judging.opening import Opening, Statement
+from vireport.study.judging.verdict import Status
+from vireport.text.formatting import ROUGHLY, print_rounded
+from vireport.text.said import words_of
 
 _said = words_of("verify")
 
@@ -91,17 +91,17 @@ def run(row: Case) -> CaseOutcome:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            found = row.check()
-        verdict = CaseVerdict.PASSED if row.answer and (found.error or 0.0) <= found.bound else CaseVerdict.FAILED
+            finding = row.check()
+        verdict = CaseVerdict.PASSED if row.answer and (finding.error or 0.0) <= finding.bound else CaseVerdict.FAILED
     except NotThereError as absent:
-        found, verdict = CaseFinding(str(absent)), CaseVerdict.DOES_NOT_APPLY
+        finding, verdict = CaseFinding(str(absent)), CaseVerdict.DOES_NOT_APPLY
     except VireportError as refusal:
-        found = CaseFinding(f"refused: {' '.join(str(refusal).split())}")
-        verdict = CaseVerdict.PASSED if row.refusal and re.search(row.refusal, found.text) else CaseVerdict.FAILED
+        finding = CaseFinding(f"refused: {' '.join(str(refusal).split())}")
+        verdict = CaseVerdict.PASSED if row.refusal and re.search(row.refusal, finding.text) else CaseVerdict.FAILED
     except Exception as fault:
         # Whatever it is, it is the finding: a table that stops at the first fault would not show the next.
-        found, verdict = CaseFinding(f"{type(fault).__name__}: {fault}"), CaseVerdict.FAILED
-    return CaseOutcome(row, verdict, found, perf_counter() - start)
+        finding, verdict = CaseFinding(f"{type(fault).__name__}: {fault}"), CaseVerdict.FAILED
+    return CaseOutcome(row, verdict, finding, perf_counter() - start)
 
 
 def exit_status(outcomes: Sequence[CaseOutcome]) -> tuple[int, str]:
@@ -122,33 +122,35 @@ def opening_of_cases(outcomes: Sequence[CaseOutcome]) -> Opening:
         return Opening(Status.BAD, _said("word_none"), _said("none_applies"))
     status = Status.BAD if failed else Status.GOOD
     word, name = ("word_fail", "some_fail") if failed else ("word_pass", "all_pass")
-    given = (failed, len(applying)) if failed else (len(applying),)
+    counts = (failed, len(applying)) if failed else (len(applying),)
     absent = len(outcomes) - len(applying)
     facts = (Statement(Status.NEUTRAL, _said("absent", absent)),) if absent else ()
-    return Opening(status, _said(word), _said(name, *given), facts, tuple(_tiles(applying)))
+    return Opening(status, _said(word), _said(name, *counts), facts, tuple(_tiles(applying)))
 
 
 def _tiles(applying: Sequence[CaseOutcome]) -> Iterator[Statement]:
-    answers = [own for own in applying if own.found.error is not None]
+    answers = [outcome for outcome in applying if outcome.found.error is not None]
     yield Statement(Status.NEUTRAL, _said("tile_cases", len(answers), len(applying) - len(answers)))
     # Where cases have other bounds, that which comes nearest to its own.
-    worst = max(answers, key=lambda own: cast(float, own.found.error) / own.found.bound, default=None)
+    worst = max(answers, key=lambda outcome: cast(float, outcome.found.error) / outcome.found.bound, default=None)
     if worst is not None:
         status = Status.BAD if worst.verdict is CaseVerdict.FAILED else Status.GOOD
         yield Statement(status, _said("tile_worst_case", worst.found.error, worst.found.bound, worst.row.title))
-    yield Statement(Status.NEUTRAL, _said("tile_seconds", sum(own.seconds for own in applying)))
+    yield Statement(Status.NEUTRAL, _said("tile_seconds", sum(outcome.seconds for outcome in applying)))
 
 
 def as_text(outcomes: Sequence[CaseOutcome], every: bool = False) -> str:
     """The cases that failed, or every one, with a line each; then what is said of them together."""
     lines = []
-    for row, verdict, found, _ in outcomes:
+    for row, verdict, finding, _ in outcomes:
         if every or verdict is CaseVerdict.FAILED:
             error = ""
-            if found.error is not None:
-                error = f", error {shown(found.error, ROUGHLY)}, allowed {shown(found.bound, ROUGHLY)}"
+            if finding.error is not None:
+                error = (
+                    f", error {print_rounded(finding.error, ROUGHLY)}, allowed {print_rounded(finding.bound, ROUGHLY)}"
+                )
             mark = verdict.upper() if verdict is CaseVerdict.FAILED else verdict
-            lines.append(f"{mark}  {row.title}: {shorten(found.text, LONGEST_CELL, placeholder=' ...')}{error}")
+            lines.append(f"{mark}  {row.title}: {shorten(finding.text, LONGEST_CELL, placeholder=' ...')}{error}")
     lines += [""] if lines else []
     return "\n".join((*lines, *opening_of_cases(outcomes).worded().lines)) + "\n"
 
@@ -159,11 +161,11 @@ def as_data(outcomes: Sequence[CaseOutcome]) -> list[dict[str, Any]]:
         {
             "group": row.group,
             "case": row.name,
-            "found": found.text,
-            "error": found.error,
-            "bound": None if found.error is None else found.bound,
+            "found": finding.text,
+            "error": finding.error,
+            "bound": None if finding.error is None else finding.bound,
             "seconds": round(seconds, 3),
             "verdict": verdict,
         }
-        for row, verdict, found, seconds in outcomes
+        for row, verdict, finding, seconds in outcomes
     ]

@@ -9,7 +9,7 @@ from branches import branches_taken
 
 from vireport.motions.events import Event
 from vireport.scenario.parameters import Parameter
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 B1 = SimpleNamespace(label="B1", event=Event.PERIOD_DOUBLING)
 LENGTH = Parameter.LENGTH

@@ -13,8 +13,6 @@ from msgspec.structs import replace
 
 from vireport.base.errors import NumericalError
 from vireport.base.timing import Machine, Spread
-from vireport.checks import reference
-from vireport.checks.reference import reference_orbit, reference_voltage
 from vireport.figures.captions import alt_text
 from vireport.findings.accuracy.benchmark import (
     Benchmark,
@@ -67,6 +65,8 @@ from vireport.physics.energy import Membrane
 from vireport.physics.groups import Groups
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter
+from vireport.study.checks import reference
+from vireport.study.checks.reference import reference_orbit, reference_voltage
 from vireport.study.plan import Task
 from vireport.study.study import analyse
 from vireport.text.tables import plain_text

@@ -15,27 +15,27 @@ from strategies import random_sweeps
 
 from vireport import analyse, load, loads
 from vireport.base.records import plain
-from vireport.checks import reference
-from vireport.checks.forty_digits import critical_motion
 from vireport.motions.diagram import solve
 from vireport.motions.events import CRITICAL, Event
 from vireport.motions.orbits import orbits
 from vireport.scenario.parameters import Parameter
+from vireport.study.checks import reference
+from vireport.study.checks.forty_digits import critical_motion
 
 pytest.importorskip("flint")
 
 from flint import arb
 
-from vireport.checks.confinement import stays_between
-from vireport.checks.enclosures import (
-    BallOps,
-    ball,
-    precision,
-)
 from vireport.findings.certificates.printed import certify_text
 from vireport.findings.certificates.proofs import certify, certify_point
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
+from vireport.study.checks.confinement import stays_between
+from vireport.study.checks.enclosures import (
+    BallOps,
+    ball,
+    precision,
+)
 from vireport.study.provenance import provenance_of
 
 pytestmark = pytest.mark.usefixtures("forty_digits")

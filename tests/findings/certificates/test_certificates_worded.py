@@ -9,7 +9,7 @@ import pytest
 from branches import branches_taken
 
 from vireport.cli.app import main
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 
 def thing(**of: object) -> SimpleNamespace:
@@ -76,7 +76,7 @@ def test_every_branch_of_the_words_is_said_above() -> None:
 
 def test_a_proof_that_cannot_be_made_is_refused_before_work_begins(example, monkeypatch, capsys) -> None:
     monkeypatch.setattr(import_module("vireport.study.plan"), "find_spec", lambda name: None)
-    monkeypatch.setattr("vireport.command.outputs.analyse", None)
+    monkeypatch.setattr("vireport.cli.outputs.analyse", None)
     assert main(["run", str(example("inclined")), "--json", "--certify"]) == 3
     said = "vireport: error: --certify: the package python-flint is missing: pip install 'vireport[certify]'\n"
     assert capsys.readouterr().err == said

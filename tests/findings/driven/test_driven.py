@@ -22,9 +22,9 @@ from vireport.cli.app import main
 from vireport.design.solution import solution_of, stable_motion
 from vireport.findings.driven.driven import Driven, driven_by
 from vireport.findings.driven.means import NoInterval, batched
-from vireport.gate.verdict import Status
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
+from vireport.study.judging.verdict import Status
 
 RATE = 100.0
 FILM = "device.membrane={thickness_m: 1e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1e8}"

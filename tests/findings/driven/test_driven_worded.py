@@ -9,9 +9,9 @@ from branches import branches_taken
 from conftest import solved
 
 from vireport.findings.driven.finding import FINDING
-from vireport.gate.evidence import Evidence
-from vireport.gate.verdict import Weight, verdict_of
-from vireport.wording.templates import Words
+from vireport.study.judging.evidence import Evidence
+from vireport.study.judging.verdict import Weight, verdict_of
+from vireport.text.templates import Words
 
 FIGURES = [
     (

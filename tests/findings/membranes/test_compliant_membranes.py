@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
-from vireport.compliant.descent import FINEST, CompliantMotion, Rigid, descend, motion_to_follow
-from vireport.compliant.model import compliant_model
-from vireport.compliant.return_map import SUBSTEPS, bounce
+from vireport.design.compliant.descent import FINEST, CompliantMotion, Rigid, descend, motion_to_follow
+from vireport.design.compliant.model import compliant_model
+from vireport.design.compliant.return_map import SUBSTEPS, bounce
 from vireport.design.point import design_point
 from vireport.findings.membranes.compliance import Compliance, compliance, compliance_data
 from vireport.findings.membranes.figure import picture

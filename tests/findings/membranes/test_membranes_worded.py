@@ -12,15 +12,15 @@ from conftest import solved
 from vireport.findings.membranes.compliance import Grade, Unit
 from vireport.findings.membranes.finding import FINDING
 from vireport.findings.membranes.judging import moved_or_lost
-from vireport.gate.alerts import alerts
-from vireport.gate.evidence import Evidence
-from vireport.gate.verdict import verdict_of
 from vireport.motions.events import Event
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter
+from vireport.study.judging.alerts import alerts
+from vireport.study.judging.evidence import Evidence
+from vireport.study.judging.verdict import verdict_of
 from vireport.study.plan import plan
 from vireport.text.alerts import CATALOGUE, AlertCode
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 
 def thing(**of: object) -> SimpleNamespace:
@@ -189,7 +189,7 @@ def test_short_contacts_may_move_a_motion_as_well() -> None:
 def test_every_sentence_of_the_alert_is_said_above() -> None:
     comparisons = (moved(True, ("U_ave", Unit.VOLTAGE, 0.2), ("B1", Parameter.LENGTH, 1.0)), moved(True), moved(False))
     said = [sentence for comparison in comparisons for sentence in moved_or_lost(comparison)]
-    within = [part for sentence in said for part in sentence.given.get("shifts", ())]
+    within = [part for sentence in said for part in sentence.values.get("shifts", ())]
     (known,) = (row for row in CATALOGUE if row.code is AlertCode.NOT_RIGID)
     assert {sentence.name for sentence in (*said, *within)} == set(known.cause)
 

@@ -12,13 +12,13 @@ import pytest
 from conftest import solved
 
 from vireport import analyse, loads
-from vireport.atlas.families import atlas
 from vireport.design.solution import Solution
 from vireport.design.switched_on import switched_on_at_once
 from vireport.findings.outcomes.attracting import AttractingMotion, AttractingMotions, attracting_motions
 from vireport.findings.outcomes.returning import core_of, endings
 from vireport.findings.outcomes.shock import shocked
 from vireport.findings.outcomes.withstood import shocks_around
+from vireport.motions.atlas.families import atlas
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
 from vireport.physics.groups import Groups

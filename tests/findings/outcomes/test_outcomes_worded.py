@@ -13,12 +13,12 @@ from vireport.design.from_rest import Destination, FromRest
 from vireport.design.switched_on import SwitchedOn
 from vireport.findings.outcomes.outcomes import Outcomes, Ramp
 from vireport.findings.outcomes.windows import Edge, Window
-from vireport.gate.evidence import Evidence, Question
-from vireport.gate.opening import opening_of
-from vireport.gate.verdict import Status, verdict_of
 from vireport.scenario.parameters import Parameter
+from vireport.study.judging.evidence import Evidence, Question
+from vireport.study.judging.opening import opening_of
+from vireport.study.judging.verdict import Status, verdict_of
 from vireport.text.formatting import ROUGHLY
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 SHOCK = SimpleNamespace(tried=9000, sign=1, leads_to=SimpleNamespace(name="B~ every 3 forcing periods"))
 RESTING = Edge(0.6912, FromRest(Destination.REST_CYCLE, "B~", 3, 0), accumulates=True)

@@ -15,7 +15,6 @@ from msgspec.structs import replace
 
 from vireport import analyse, loads, recheck_disturbances
 from vireport.base.errors import UsageError
-from vireport.checks.enclosures import UnprovedError
 from vireport.design.point import motions_at
 from vireport.findings.outcomes.deviations import lap_matrix
 from vireport.findings.outcomes.shock import shocked
@@ -62,6 +61,7 @@ from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import check_model, follow_impacts
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, TURN, VELOCITY, WALL
+from vireport.study.checks.enclosures import UnprovedError
 
 TEXT = """\
 schema_version: 1

@@ -8,7 +8,7 @@ import pytest
 from branches import branches_taken
 
 from vireport.findings.proofs.finding import FINDING
-from vireport.wording.templates import Words
+from vireport.text.templates import Words
 
 SHARES = thing(name="BT", fastest=1.9, share=0.684021, switch_on=0.933349)
 SAID = [

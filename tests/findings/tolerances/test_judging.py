@@ -10,12 +10,12 @@ from conftest import EXAMPLES, solved
 
 from vireport import analyse, load
 from vireport.findings.tolerances.finding import FINDING, QUESTION
-from vireport.gate.evidence import Evidence
-from vireport.gate.opening import opening_of
-from vireport.gate.requirements import assess
-from vireport.gate.verdict import Weight, verdict_of
-from vireport.wording.said import Said
-from vireport.wording.templates import ROOTS, Words
+from vireport.study.judging.evidence import Evidence
+from vireport.study.judging.opening import opening_of
+from vireport.study.judging.requirements import assess
+from vireport.study.judging.verdict import Weight, verdict_of
+from vireport.text.said import Said
+from vireport.text.templates import ROOTS, Words
 
 
 def tolerances(proved: bool, worst: object = None, provable: bool = True, stable: int = 48) -> SimpleNamespace:

@@ -27,7 +27,7 @@ from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import wrapped
 
 if TYPE_CHECKING:
-    from vireport.checks.reference import ReferenceOrbit
+    from vireport.study.checks.reference import ReferenceOrbit
 
 PHASE_OFF, Q_OFF = 6e-3, 3e-3
 """Error of the guess of the phase [rad] and of q against the reference."""
@@ -212,7 +212,7 @@ def benchmark_of(solution: Solution) -> Benchmark | None:
     chosen = stable_motion(solution)
     if chosen is None:
         return None
-    from vireport.checks.reference import digits, reference_orbit, reference_voltage
+    from vireport.study.checks.reference import digits, reference_orbit, reference_voltage
 
     design, row = chosen
     sweep, motions = _sweep_through(solution, design), design.motions

@@ -56,29 +56,29 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
         assert block is not None
         return measure(study.solution, block.repeats, say)
 
-    def results(self, found: WorkPrecision | None, study: Study) -> Mapping[str, Any]:
+    def results(self, measured_errors: WorkPrecision | None, study: Study) -> Mapping[str, Any]:
         """The block `accuracy`."""
-        if found is None:
+        if measured_errors is None:
             return {STEP: None}
         from vireport.findings.accuracy.workprecision import accuracy_data
 
-        return {STEP: accuracy_data(found)}
+        return {STEP: accuracy_data(measured_errors)}
 
-    def pictures(self, found: WorkPrecision, study: Study, templates: Path | None) -> Iterator[Any]:
+    def pictures(self, measured_errors: WorkPrecision, study: Study, templates: Path | None) -> Iterator[Any]:
         """Errors over run times, where there is something to compare."""
         drawn = next((step.task for step in study.plan.steps if step.runs and step.task == FIGURE), None)
-        if drawn is not None and found.quantities:
+        if drawn is not None and measured_errors.quantities:
             from vireport.findings.accuracy.figure import picture
 
-            yield picture(found, drawn, templates)
+            yield picture(measured_errors, drawn, templates)
 
-    def parts(self, found: WorkPrecision, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, measured_errors: WorkPrecision, templates: Path | None) -> Mapping[str, Any]:
         """What each method reaches, and which is the fastest."""
         from vireport.findings.accuracy.tables import measurements, ranking
 
         return {
-            "measurements": list(measurements(found, templates=templates)),
-            "fastest": list(ranking(found, templates)),
+            "measurements": list(measurements(measured_errors, templates=templates)),
+            "fastest": list(ranking(measured_errors, templates)),
         }
 
 

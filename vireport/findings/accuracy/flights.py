@@ -187,7 +187,7 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
 
     Radau is given the Jacobian of the force, which is constant.
     """
-    given = {"jac": np.array([[0.0, 1.0], [0.0, 0.0]])} if name == "Radau" else {}
+    options = {"jac": np.array([[0.0, 1.0], [0.0, 0.0]])} if name == "Radau" else {}
 
     def fly(model: FlightModel, wall: int, velocity: float, phase: float, budget: Budget) -> tuple[float, float]:
         from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
@@ -213,7 +213,7 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
             events=(reached, returned),
             rtol=tolerance,
             atol=tolerance,
-            **given,
+            **options,
         )
         budget.spend(int(run.nfev))
         if run.status < 0:

@@ -42,7 +42,7 @@ from vireport.findings.accuracy.methods import (
     Knob,
     Method,
 )
-from vireport.text.formatting import ROUGHLY, shown
+from vireport.text.formatting import ROUGHLY, print_rounded
 
 if TYPE_CHECKING:
     from vireport.design.solution import Solution
@@ -170,7 +170,7 @@ class WorkPrecision(Struct, frozen=True, eq=False):
     def unsteadiness(self) -> float | None:
         """Distance of the quartiles of a time over its median: that of the middle run; None where none was repeated."""
         times = [run.seconds for run in self.runs if run.seconds is not None]
-        shares = [(own.high - own.low) / own.median for own in times if own.high > own.low]
+        shares = [(repeats.high - repeats.low) / repeats.median for repeats in times if repeats.high > repeats.low]
         return median(shares) if shares else None
 
     @property
@@ -317,7 +317,7 @@ def _judged(call: Callable[[], Any], benchmark: Benchmark, limit: float) -> tupl
     except FAILURES as error:
         return {}, str(error) or type(error).__name__
     largest = max(errors.values())
-    return ({}, f"found something else, {shown(largest, ROUGHLY)} away") if largest > limit else (errors, "")
+    return ({}, f"found something else, {print_rounded(largest, ROUGHLY)} away") if largest > limit else (errors, "")
 
 
 def _limit(method: Method, setting: float) -> float:

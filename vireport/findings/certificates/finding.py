@@ -36,19 +36,19 @@ class CertificatesFinding(AddedFinding["tuple[Certificate, ...]"]):
         say("proving the critical points")
         return certify(study.solution.diagram)
 
-    def results(self, found: tuple[Certificate, ...] | None, study: Study) -> Mapping[str, Any]:
+    def results(self, certificates: tuple[Certificate, ...] | None, study: Study) -> Mapping[str, Any]:
         """The block of the same name."""
         from vireport.base.records import plain
 
-        return {self.name: None if found is None else [plain(certificate) for certificate in found]}
+        return {self.name: None if certificates is None else [plain(certificate) for certificate in certificates]}
 
-    def printed(self, found: tuple[Certificate, ...], study: Study) -> str:
+    def printed(self, certificates: tuple[Certificate, ...], study: Study) -> str:
         """A line for each critical point."""
         if study.solution.sweep is None:
             return "No critical point to prove: there is no sweep.\n"
         from vireport.findings.certificates.printed import certify_text
 
-        return certify_text(found, study.solution.sweep.parameter).rstrip() + "\n"
+        return certify_text(certificates, study.solution.sweep.parameter).rstrip() + "\n"
 
 
 FINDING = CertificatesFinding()

@@ -21,7 +21,7 @@ def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> s
     parameter : Parameter
         The one that is swept.
     """
-    from vireport.wording.templates import Words
+    from vireport.text.templates import Words
 
     say = Words("certificates")
     if not certificates:

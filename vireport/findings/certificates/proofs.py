@@ -15,18 +15,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.records import brief
-from vireport.checks.confinement import stays_between
-from vireport.checks.enclosures import (
-    Ball,
-    BallOps,
-    Root,
-    UnprovedError,
-    ball,
-    bounds,
-    gradients,
-    precision,
-    prove,
-)
 from vireport.motions.conditions import Condition
 from vireport.motions.diagram import BifurcationDiagram
 from vireport.motions.events import Event
@@ -39,6 +27,18 @@ from vireport.physics.device import NO_GRAVITY
 from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
+from vireport.study.checks.confinement import stays_between
+from vireport.study.checks.enclosures import (
+    Ball,
+    BallOps,
+    Root,
+    UnprovedError,
+    ball,
+    bounds,
+    gradients,
+    precision,
+    prove,
+)
 
 PRECISIONS = (192, 384, 768)
 """Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""
@@ -222,12 +222,16 @@ def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) ->
 
     Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
     """
-    r, level, own = map_restitution(sweep.device.restitution, ops.exact), sweep.level_in(ops), 1 if symmetric else 2
+    r, level, own_equation_count = (
+        map_restitution(sweep.device.restitution, ops.exact),
+        sweep.level_in(ops),
+        1 if symmetric else 2,
+    )
 
     def residuals(x: list[Any]) -> list[Any]:
         orbit = _orbit_at(sweep, x, symmetric, ops)
         held = [] if symmetric else [level_residual(level, orbit)]
-        return [*held, *_residuals(candidate, orbit, x[own:], r, ops)]
+        return [*held, *_residuals(candidate, orbit, x[own_equation_count:], r, ops)]
 
     return residuals
 
@@ -408,10 +412,10 @@ def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
         (trace,), (coordinate,) = slopes
         product = trace * coordinate
     else:
-        trace, coordinate, along = slopes
+        trace, coordinate, along_family = slopes
         # Along the curve (dq, dphase) is normal to the gradient of the level. Both derivatives are taken along the
         # same tangent, whose length and direction drop out of the sign of their product.
-        product = _cross(along, trace) * _cross(along, coordinate)
+        product = _cross(along_family, trace) * _cross(along_family, coordinate)
     # The swept value grows with d (with gbar where the inclination is swept), but a force falls.
     rising = -1 if sweep.parameter is Parameter.AMPLITUDE else 1
     return rising * (int(product > 0) - int(product < 0))
@@ -446,9 +450,9 @@ def _stated(critical: Point, point: Point, proof: ProvedPoint, bits: int) -> Cer
 
 def _holds(point: Point, name: str, proved: Ball) -> bool:
     """Whether a number of a point is proved to be within its stated error bound."""
-    own = "phi_bottom" if name == "phi" else name
-    stated = getattr(point, name) if name in ("d", "gbar") else getattr(point.closed, own)
-    return bool(abs(proved - ball(stated)) <= point.closed.bounds[own])
+    group_name = "phi_bottom" if name == "phi" else name
+    stated = getattr(point, name) if name in ("d", "gbar") else getattr(point.closed, group_name)
+    return bool(abs(proved - ball(stated)) <= point.closed.bounds[group_name])
 
 
 def _side(kind: Event, slope: int, negative: bool) -> str:

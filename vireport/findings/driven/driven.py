@@ -143,7 +143,7 @@ class Driven(Struct, frozen=True, eq=False):
     @property
     def share_of_1_1(self) -> float:
         """Share of the periods with one impact on each membrane."""
-        return sum(own.share for own in self.words if own.letters == "BT")
+        return sum(row.share for row in self.words if row.letters == "BT")
 
 
 def driven_by(
@@ -189,11 +189,11 @@ def driven_by(
     if len(recording.stretches) > 1:
         lost = recording.stretches[1].start_s
         raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: a record without gaps)")
-    own = shaken(device, shaker)
+    driven_device = shaken(device, shaker)
     say("driving the record through the device")
-    rows, clock, phase = _followed(recording, shaker, own)
-    told = _told(recording, shaker, own, membrane, rows, clock, phase)
-    return replace(told, doubts=shaker_findings(recording, shaker, device))
+    rows, clock, phase = _followed(recording, shaker, driven_device)
+    answer = _told(recording, shaker, driven_device, membrane, rows, clock, phase)
+    return replace(answer, doubts=shaker_findings(recording, shaker, device))
 
 
 def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> tuple[Floats, Floats, float]:
@@ -234,7 +234,7 @@ def _told(
         raise UsageError(f"{KEY}: {recording.name} is too short: no period is left where the motion has settled")
     first = last - periods * span
     counted = (clock >= first) & (clock < last) & (np.arange(len(rows)) > 0)
-    own, times = rows[counted], clock[counted]
+    counted_rows, times = rows[counted], clock[counted]
     period = np.clip(((times - first) / span).astype(int), 0, periods - 1)
     # A part is so many periods; those that are left over are at the beginning.
     parts = max(parts_of(periods), 1)
@@ -242,7 +242,7 @@ def _told(
     part = (period - (periods - parts * each)) // each
     length = np.full(parts, each * span / rate)
     velocity_unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
-    speeds = np.abs(own[:, VELOCITY]) * velocity_unit
+    speeds = np.abs(counted_rows[:, VELOCITY]) * velocity_unit
 
     def per_second(values: Floats) -> Mean:
         """Of what comes with each impact."""
@@ -250,7 +250,7 @@ def _told(
         return batched(_sums(part[used], values[used], parts), length)
 
     def speed(wall: float) -> Mean | None:
-        used = (part >= 0) & (own[:, WALL] == wall)
+        used = (part >= 0) & (counted_rows[:, WALL] == wall)
         counts = _sums(part[used], np.ones(int(used.sum())), parts)
         return batched(_sums(part[used], speeds[used], parts), counts) if used.any() else None
 
@@ -258,7 +258,7 @@ def _told(
     power = None
     if membrane is not None and membrane.dielectric is not None and gains is not None:
         power = per_second(1e3 * energy_gained(gains, membrane, membrane.dielectric))
-    words, rests = _words(own[:, WALL], rested[counted], period, periods)
+    words, rests = _words(counted_rows[:, WALL], rested[counted], period, periods)
     return Driven(
         recording,
         shaker,
@@ -266,12 +266,12 @@ def _told(
         recording.start_s + first / rate,
         periods,
         recording.start_s + times / rate,
-        own[:, WALL],
+        counted_rows[:, WALL],
         speeds,
-        own[:, PHASE],
+        counted_rows[:, PHASE],
         words,
         rests,
-        per_second(np.ones(len(own))),
+        per_second(np.ones(len(counted_rows))),
         speed(1.0),
         speed(-1.0),
         None if gains is None else per_second(gains),
@@ -305,20 +305,20 @@ def _words(
     resting = set(period[rested].tolist())
     seen: Counter[str] = Counter()
     for k in range(periods):
-        own = "".join(letters[edges[k] : edges[k + 1]])
-        seen[RESTS if k in resting else own] += 1
+        sequence = "".join(letters[edges[k] : edges[k + 1]])
+        seen[RESTS if k in resting else sequence] += 1
     same: Counter[str] = Counter()
-    for own, count in seen.items():
-        same[own if own in ("", RESTS) else Word.of(own).canonical().letters] += count
+    for sequence, count in seen.items():
+        same[sequence if sequence in ("", RESTS) else Word.of(sequence).canonical().letters] += count
     rests = same.pop(RESTS, 0) / periods
-    return tuple(WordShare(own, count / periods) for own, count in same.most_common()), rests
+    return tuple(WordShare(sequence, count / periods) for sequence, count in same.most_common()), rests
 
 
 def _predicted(solution: Solution) -> Prediction | None:
-    found = stable_motion(solution)
-    if found is None:
+    stable = stable_motion(solution)
+    if stable is None:
         return None
-    design, row = found
+    design, row = stable
     device = solution.device
     bottom, top = (abs(float(speed[row])) for speed in impact_velocities(device, design.parameter, design.motions))
     volts = design.voltages_by_motion

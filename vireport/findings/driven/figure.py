@@ -24,37 +24,37 @@ TOP: Look = {"color": Color.GREEN, "marker": ".", "markersize": 2.5, "linestyle"
 PREDICTED: Look = {"color": Color.BLACK, "linewidth": 0.8, "linestyle": DASHED}
 
 
-def picture(found: Driven, name: AnyTask, templates: Path | None = None) -> Picture:
+def picture(driven: Driven, name: AnyTask, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    shown = {
-        "impacts": len(found.times_s),
-        "every": _every(found),
-        "share": found.share_of_1_1,
-        "predicted": found.predicted is not None,
+    facts = {
+        "impacts": len(driven.times_s),
+        "every": _every(driven),
+        "share": driven.share_of_1_1,
+        "predicted": driven.predicted is not None,
     }
-    return pictured(name, shown, figure_driven(found), templates)
+    return pictured(name, facts, figure_driven(driven), templates)
 
 
-def _every(found: Driven) -> int:
-    return -(-max(len(found.times_s), 1) // MOST_DRAWN)
+def _every(driven: Driven) -> int:
+    return -(-max(len(driven.times_s), 1) // MOST_DRAWN)
 
 
-def figure_driven(found: Driven) -> Figure:
+def figure_driven(driven: Driven) -> Figure:
     """Speed and phase of each impact against the time of the record."""
-    shown = np.arange(len(found.times_s)) % _every(found) == 0
+    drawn = np.arange(len(driven.times_s)) % _every(driven) == 0
     with style():
         figure, panels = blank(2, sharex=True)
         speeds, phases = panels[:, 0]
         for wall, look in ((1.0, BOTTOM), (-1.0, TOP)):
-            mine = shown & (found.walls == wall)
-            speeds.plot(found.times_s[mine], found.speeds_m_s[mine], **look)
-            phases.plot(found.times_s[mine], found.phases[mine] / (2 * np.pi), **look)
+            mine = drawn & (driven.walls == wall)
+            speeds.plot(driven.times_s[mine], driven.speeds_m_s[mine], **look)
+            phases.plot(driven.times_s[mine], driven.phases[mine] / (2 * np.pi), **look)
         legend: list[Entry] = [("bottom", BOTTOM), ("top", TOP)]
-        if found.predicted is not None:
-            for speed in (found.predicted.speed_bottom_m_s, found.predicted.speed_top_m_s):
+        if driven.predicted is not None:
+            for speed in (driven.predicted.speed_bottom_m_s, driven.predicted.speed_top_m_s):
                 speeds.axhline(speed, **PREDICTED)
             legend.append(("periodic motion", PREDICTED))
-        speeds.set(ylabel="relative speed [m/s]", xlim=(found.settled_s, found.recording.end_s))
+        speeds.set(ylabel="relative speed [m/s]", xlim=(driven.settled_s, driven.recording.end_s))
         speeds.set_ylim(bottom=0.0)
         phases.set(ylim=(0, 1), xlabel="time of the record [s]", ylabel="phase [periods]")
         for k, (axes, text) in enumerate(((speeds, "speed of each impact"), (phases, "its phase in the best sine"))):

@@ -11,8 +11,8 @@ from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.driven.driven import Driven
-    from vireport.gate.evidence import Evidence
-    from vireport.gate.verdict import AddedAnswer
+    from vireport.study.judging.evidence import Evidence
+    from vireport.study.judging.verdict import AddedAnswer
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
@@ -45,39 +45,39 @@ class DrivenFinding(AddedFinding["Driven"]):
         assert record is not None
         return driven_by(record, study.loaded.place, study.solution.device, study.solution.membrane, say)
 
-    def results(self, found: Driven | None, study: Study) -> Mapping[str, Any]:
+    def results(self, driven: Driven | None, study: Study) -> Mapping[str, Any]:
         """The block of the same name, where there is a record."""
-        if found is None:
+        if driven is None:
             return {}
         from vireport.findings.driven.results import driven_data
 
-        return {self.name: driven_data(found)}
+        return {self.name: driven_data(driven)}
 
-    def answers(self, found: Driven, evidence: Evidence) -> Iterator[AddedAnswer[Driven]]:
+    def answers(self, driven: Driven, evidence: Evidence) -> Iterator[AddedAnswer[Driven]]:
         """A doubtful record is held against the device; else nothing is asked."""
-        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
+        from vireport.study.judging.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
-        if not found.doubts:
+        if not driven.doubts:
             return
         word = "Stable, but the record of the shaker is doubtful"
         concludes = AddedConclusion("RECORD_DOUBTFUL", Status.CAUTION, word, Weight.DIGITS, self.name)
         question = "Is the record of the shaker right?"
-        yield AddedAnswer(question, Status.CAUTION, found, name=self.name, concludes=concludes)
+        yield AddedAnswer(question, Status.CAUTION, driven, name=self.name, concludes=concludes)
 
-    def causes(self, found: Driven, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
+    def causes(self, driven: Driven, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What may be wrong with the record."""
-        from vireport.gate.alerts import doubted
+        from vireport.study.judging.alerts import doubted
         from vireport.text.alerts import AlertCode
 
-        return {AlertCode.RECORD_DOUBTFUL: map(doubted, found.doubts)}
+        return {AlertCode.RECORD_DOUBTFUL: map(doubted, driven.doubts)}
 
-    def pictures(self, found: Driven, study: Study, templates: Path | None) -> Iterator[Any]:
+    def pictures(self, driven: Driven, study: Study, templates: Path | None) -> Iterator[Any]:
         """The impacts along the record."""
         drawn = next(step.task for step in study.plan.steps if step.task == FIGURE)
         if study.plan.runs(drawn):
             from vireport.findings.driven.figure import picture
 
-            yield picture(found, drawn, templates)
+            yield picture(driven, drawn, templates)
 
 
 FINDING = DrivenFinding()

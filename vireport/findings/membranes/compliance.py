@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from vireport.base.progress import WorkStep, portion
 from vireport.base.records import brief, plain
-from vireport.compliant.descent import (
+from vireport.design.compliant.descent import (
     FINEST,
     MULTIPLIER,
     Absence,
@@ -30,8 +30,8 @@ from vireport.compliant.descent import (
     motion_to_follow,
     rigid_motion,
 )
-from vireport.compliant.model import CompliantModel, compliant_model
-from vireport.compliant.own_stiffness import LEAST_RESTITUTION, TOO_LOSSY
+from vireport.design.compliant.model import CompliantModel, compliant_model
+from vireport.design.compliant.own_stiffness import LEAST_RESTITUTION, TOO_LOSSY
 from vireport.design.solution import Solution
 from vireport.findings.membranes.solvers import SolverRun, period_of, run_ladder
 from vireport.motions.points import Point

@@ -51,11 +51,11 @@ def figure_stiffness(comparison: Compliance) -> Figure:
     comparison : Compliance
         With runs.
     """
-    shown = shown_factors(comparison)
+    factors = shown_factors(comparison)
     solvers: list[Entry] = [(name, MARK | {"marker": marker, "color": Color.BLACK}) for name, marker in MARKERS.items()]
     colors: list[Entry] = [
         (f"K times {factor_text(f)}", MARK | {"marker": "o", "color": color, "markersize": size})
-        for f, color, size in zip(shown, STIFFNESSES, SIZES, strict=False)
+        for f, color, size in zip(factors, STIFFNESSES, SIZES, strict=False)
     ]
     colors.append(("hollow or at the top: failed", MARK | HOLLOW | {"marker": "o", "color": Color.BLACK}))
     with style():
@@ -65,9 +65,9 @@ def figure_stiffness(comparison: Compliance) -> Figure:
             axes.set_title(f"({letter})", loc="left")
             axes.set_xscale("log")
             axes.set_yscale("log")
-            for along in (axes.xaxis, axes.yaxis):
-                along.set_major_formatter(lambda value, _: factor_text(value))
-        _errors(errors, comparison, shown)
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_formatter(lambda value, _: factor_text(value))
+        _errors(errors, comparison, factors)
         names = _rates(rates, comparison)
         return finished(figure, sum(HEIGHTS), [], [solvers, colors], [(rates, names)], [errors, rates])
 
@@ -93,12 +93,12 @@ def shown_factors(comparison: Compliance) -> list[float]:
     return sorted({factors[0], factors[len(factors) // 2], factors[-1]}) if factors else []
 
 
-def _errors(axes: Axes, comparison: Compliance, shown: list[float]) -> None:
+def _errors(axes: Axes, comparison: Compliance, factors: list[float]) -> None:
     axes.set_xlabel("run time [ms]")
     axes.set_ylabel("error at the end of the period [–]")
     for run in comparison.runs:
-        if run.factor in shown:
-            k = shown.index(run.factor)
+        if run.factor in factors:
+            k = factors.index(run.factor)
             look = MARK | {"marker": MARKERS[run.solver], "color": STIFFNESSES[k], "markersize": SIZES[k]}
             look |= {} if run.outcome is RunOutcome.SOLVED else HOLLOW
             axes.plot(1e3 * run.seconds, _height(run), **look)
@@ -118,14 +118,16 @@ def _rates(axes: Axes, comparison: Compliance) -> list[Label]:
     axes.set_ylabel("distance from rigid [–], [rad]")
     names = []
     for quantity in comparison.convergence:
-        known = [(rung.factor, d) for rung, d in zip(comparison.rungs, quantity.distances, strict=True) if d]
-        if not known:
+        distances_by_factor = [
+            (rung.factor, d) for rung, d in zip(comparison.rungs, quantity.distances, strict=True) if d
+        ]
+        if not distances_by_factor:
             continue
-        factors, distances = np.array(known).T
+        factors, distances = np.array(distances_by_factor).T
         color, marker = QUANTITIES[quantity.quantity]
         axes.plot(factors, distances[-1] * (factors / factors[-1]) ** -comparison.order, **THEORY)
         axes.plot(factors, distances, **MARK | {"color": color, "marker": marker})
-        later = len(known) // 2
+        later = len(distances_by_factor) // 2
         names.append(Label(quantity_label(comparison, quantity), factors[later:], distances[later:]))
     axes.minorticks_off()
     return names

@@ -11,8 +11,8 @@ from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.membranes.compliance import Compliance
-    from vireport.gate.evidence import Evidence
-    from vireport.gate.verdict import AddedAnswer
+    from vireport.study.judging.evidence import Evidence
+    from vireport.study.judging.verdict import AddedAnswer
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
@@ -57,55 +57,59 @@ class MembranesFinding(AddedFinding["Compliance"]):
         assert block is not None
         return compliance(study.solution, block.ladder, block.repeats, say)
 
-    def contradicts_rigid_impacts(self, found: Compliance) -> bool:
+    def contradicts_rigid_impacts(self, compliance: Compliance) -> bool:
         """Whether the rigid model is not good enough."""
-        return found.grade is not None and found.grade.contradicts
+        return compliance.grade is not None and compliance.grade.contradicts
 
-    def results(self, found: Compliance | None, study: Study) -> Mapping[str, Any]:
+    def results(self, compliance: Compliance | None, study: Study) -> Mapping[str, Any]:
         """The block `compliant`."""
-        if found is None:
+        if compliance is None:
             return {RESULTS: None}
         from vireport.findings.membranes.compliance import compliance_data
 
-        return {RESULTS: compliance_data(found)}
+        return {RESULTS: compliance_data(compliance)}
 
-    def answers(self, found: Compliance, evidence: Evidence) -> Iterator[AddedAnswer[Compliance]]:
+    def answers(self, compliance: Compliance, evidence: Evidence) -> Iterator[AddedAnswer[Compliance]]:
         """Whether the rigid model is good enough, where that could be compared."""
-        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
+        from vireport.study.judging.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
-        if found.grade is None:
+        if compliance.grade is None:
             return
-        status, concludes = (Status.GOOD, Status.CAUTION, Status.BAD)[found.grade], None
-        if found.grade.contradicts:
+        status, concludes = (Status.GOOD, Status.CAUTION, Status.BAD)[compliance.grade], None
+        if compliance.grade.contradicts:
             word = "Stable, by a rigid model that is not good enough"
             concludes = AddedConclusion("NOT_RIGID", Status.CAUTION, word, Weight.MARGIN, "compliant")
-        yield AddedAnswer("Is the rigid model good enough?", status, found, name=self.name, concludes=concludes)
+        yield AddedAnswer("Is the rigid model good enough?", status, compliance, name=self.name, concludes=concludes)
 
-    def causes(self, found: Compliance, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
+    def causes(self, compliance: Compliance, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What the membranes' own stiffness moves too far, or ends."""
         from vireport.findings.membranes.judging import moved_or_lost
         from vireport.text.alerts import AlertCode
 
         stable = evidence.impacts[0].size
-        return {AlertCode.NOT_RIGID: moved_or_lost(found)} if stable and self.contradicts_rigid_impacts(found) else {}
+        return (
+            {AlertCode.NOT_RIGID: moved_or_lost(compliance)}
+            if stable and self.contradicts_rigid_impacts(compliance)
+            else {}
+        )
 
-    def pictures(self, found: Compliance, study: Study, templates: Path | None) -> Iterator[Any]:
+    def pictures(self, compliance: Compliance, study: Study, templates: Path | None) -> Iterator[Any]:
         """Errors of the solvers, and the rates at which the motion tends to the rigid one."""
         drawn = next((step.task for step in study.plan.steps if step.runs and step.task == FIGURE), None)
-        if drawn is not None and found.runs:
+        if drawn is not None and compliance.runs:
             from vireport.findings.membranes.figure import picture
 
-            yield picture(found, drawn, templates)
+            yield picture(compliance, drawn, templates)
 
-    def parts(self, found: Compliance, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, compliance: Compliance, templates: Path | None) -> Mapping[str, Any]:
         """The verdict on the rigid model, what moves from it, where a motion is lost, and how solvers do."""
         from vireport.findings.membranes.tables import comparison_with_rigid, lost, solvers_on_stiff_membranes, verdict
 
         return {
-            "verdict": verdict(found, templates),
-            "comparison": list(comparison_with_rigid(found, templates)),
-            "lost": list(lost(found, templates)),
-            "solvers": list(solvers_on_stiff_membranes(found, templates)),
+            "verdict": verdict(compliance, templates),
+            "comparison": list(comparison_with_rigid(compliance, templates)),
+            "lost": list(lost(compliance, templates)),
+            "solvers": list(solvers_on_stiff_membranes(compliance, templates)),
         }
 
 

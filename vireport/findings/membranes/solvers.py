@@ -19,8 +19,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.timing import timed_in_turns
-from vireport.compliant.descent import CompliantMotion
-from vireport.compliant.model import CompliantModel
+from vireport.design.compliant.descent import CompliantMotion
+from vireport.design.compliant.model import CompliantModel
 from vireport.physics import flight
 from vireport.physics.contact import damping_number
 from vireport.simulation.events import BOTTOM, TOP

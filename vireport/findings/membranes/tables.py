@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 from vireport.findings.membranes.compliance import Compared, Compliance, Convergence, Unit
 from vireport.findings.membranes.solvers import FIXED, RunOutcome, SolverRun
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import ABSENT, ROUGHLY, capital, factor_text, percent, quantity, shown
+from vireport.text.formatting import ABSENT, ROUGHLY, capital, factor_text, percent, print_rounded, quantity
 from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
-    from vireport.wording.templates import Words
+    from vireport.text.templates import Words
 
 SHORT = {
     RunOutcome.SOLVED: "",
@@ -60,7 +60,7 @@ def comparison_with_rigid(comparison: Compliance, templates: Path | None = None)
 
 
 def _words(templates: Path | None) -> Words:
-    from vireport.wording.templates import Words
+    from vireport.text.templates import Words
 
     return Words("compliant", templates)
 
@@ -91,7 +91,7 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
         )
 
     yield Table(say("errors_caption"), columns, rows(_error), say("errors_note"))
-    work = rows(lambda run: f"{run.evaluations} / {shown(1e3 * run.seconds, ROUGHLY)}")
+    work = rows(lambda run: f"{run.evaluations} / {print_rounded(1e3 * run.seconds, ROUGHLY)}")
     yield Table(say("times_caption"), columns, work, say("times_note"))
 
 
@@ -110,7 +110,7 @@ def setting_text(solver: str, setting: float) -> str:
 def _compared_row(compared: Compared, say: Words) -> tuple[str, ...]:
     unit, c = compared.unit, compared.criterion
     name = say("quantity", compared.name, unit if unit in (Unit.VELOCITY, Unit.PHASE) else "")
-    shift = shown(compared.shift, ROUGHLY) if unit is Unit.PHASE else percent(compared.shift, signed=True)
+    shift = print_rounded(compared.shift, ROUGHLY) if unit is Unit.PHASE else percent(compared.shift, signed=True)
     limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), capital(c.grade.words))
     compliant = say("lost") if compared.compliant is None else _with_unit(compared.compliant, unit)
     return name, _with_unit(compared.rigid, unit), compliant, shift, *limits
@@ -123,7 +123,7 @@ def _with_unit(value: float, unit: Unit | Parameter) -> str:
         return percent(value)
     if unit in (Unit.VOLTAGE, Unit.DEPTH):
         return quantity(value, unit)
-    return shown(value)
+    return print_rounded(value)
 
 
 def _ladder(comparison: Compliance, say: Words) -> Table:
@@ -133,16 +133,16 @@ def _ladder(comparison: Compliance, say: Words) -> Table:
         (
             factor_text(rung.factor),
             ABSENT if rung.orbit is None else percent(rung.orbit.contact_share),
-            *(shown(quantity.distances[k], ROUGHLY) for quantity in comparison.convergence),
+            *(print_rounded(quantity.distances[k], ROUGHLY) for quantity in comparison.convergence),
         )
         for k, rung in enumerate(comparison.rungs)
     ]
-    rows.append((say("exponent"), ABSENT, *(shown(quantity.exponent) for quantity in comparison.convergence)))
-    rows.append((say("expected"), ABSENT, *(shown(-comparison.order) for _ in comparison.convergence)))
+    rows.append((say("exponent"), ABSENT, *(print_rounded(quantity.exponent) for quantity in comparison.convergence)))
+    rows.append((say("expected"), ABSENT, *(print_rounded(-comparison.order) for _ in comparison.convergence)))
     heads = [say("head", name) for name in ("factor", "contact", "velocity", "phase")]
     columns = numbers(*heads, say("head", "critical", label))
     return Table(say("distance_caption"), columns, tuple(rows), say("distance_note"))
 
 
 def _error(run: SolverRun) -> str:
-    return " ".join(filter(None, ("" if run.error is None else shown(run.error, ROUGHLY), SHORT[run.outcome])))
+    return " ".join(filter(None, ("" if run.error is None else print_rounded(run.error, ROUGHLY), SHORT[run.outcome])))

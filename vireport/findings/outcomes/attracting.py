@@ -227,7 +227,7 @@ def _from_rest(
         return list[bool | None](alike)
     if arrives is None:
         return [None if same_word else False for same_word in alike]
-    return [same_word and there for same_word, there in zip(alike, arrives(), strict=True)]
+    return [same_word and arrives_there for same_word, arrives_there in zip(alike, arrives(), strict=True)]
 
 
 def _shock(

@@ -29,13 +29,13 @@ MOTION: Look = {
 
 def picture(basins: Basins, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    shown = {
+    facts = {
         "points": len(basins.plane.x),
         "fastest_m_s": basins.fastest_m_s,
         "marked": bool(basins.motions),
         "shares": basins.shares,
     }
-    return pictured(FIGURE_BASIN, shown, figure_basin(basins), templates)
+    return pictured(FIGURE_BASIN, facts, figure_basin(basins), templates)
 
 
 def figure_basin(basins: Basins) -> Figure:
@@ -52,8 +52,8 @@ def figure_basin(basins: Basins) -> Figure:
             bottom = np.array(motion.word.walls) == BOTTOM
             velocity = motion.velocity[bottom] * basins.velocity_unit
             axes.plot(np.degrees(motion.phase[bottom]) % 360, velocity, **MOTION)
-        met = [number for number in range(len(colors)) if plane.share(number)]
-        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in met]
+        reached_ends = [number for number in range(len(colors)) if plane.share(number)]
+        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in reached_ends]
         marks: list[Entry] = [("stable motion", MOTION)] if basins.motions else []
         axes.set(xlim=extent[:2], ylim=extent[2:], xticks=range(0, 361, 60))
         axes.set(xlabel="forcing phase at the bottom impact [°]", ylabel="velocity just before [m/s]")

@@ -13,11 +13,11 @@ from vireport.study.finding import AddedFinding
 if TYPE_CHECKING:
     from vireport.design.switched_on import SwitchedOn
     from vireport.findings.outcomes.outcomes import Outcomes
-    from vireport.gate.evidence import Evidence
-    from vireport.gate.opening import FactPlace, Statement
-    from vireport.gate.requirements import Requirement
-    from vireport.gate.verdict import AddedAnswer, Status, Verdict
     from vireport.scenario.blocks import Scenario
+    from vireport.study.judging.evidence import Evidence
+    from vireport.study.judging.opening import FactPlace, Statement
+    from vireport.study.judging.requirements import Requirement
+    from vireport.study.judging.verdict import AddedAnswer, Status, Verdict
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
 
@@ -68,8 +68,8 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.design.switched_on import SwitchedOn, switched_on_at_once
 
         strip = outcomes_along(study.solution, compiled=windows)
-        known = SwitchedOn(None, over_sweep=strip) if strip else switched_on_at_once(study.solution, compiled=windows)
-        return known, Outcomes()
+        answer = SwitchedOn(None, over_sweep=strip) if strip else switched_on_at_once(study.solution, compiled=windows)
+        return answer, Outcomes()
 
     def find(self, study: Study, say: Progress) -> Outcomes:
         """Look for the least shock, follow random starts, and draw basins, as the plan says."""
@@ -88,89 +88,100 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
             outcomes = with_basins(outcomes, study)
         return outcomes
 
-    def results_within(self, block: Mapping[str, Any], found: Outcomes | None) -> Mapping[str, Any]:
+    def results_within(self, block: Mapping[str, Any], outcomes: Outcomes | None) -> Mapping[str, Any]:
         """The block on disturbances with what other starts come to."""
         from vireport.findings.outcomes.outcomes import Outcomes
         from vireport.findings.outcomes.results import outcomes_data
 
-        return outcomes_data(block, found or Outcomes())
+        return outcomes_data(block, outcomes or Outcomes())
 
     def requirements(self) -> Iterator[Requirement]:
         """A least shock, and a largest spread of the phases."""
         from vireport.findings.outcomes.judging import judged_jitter, judged_shock
-        from vireport.gate.requirements import OfRun, Requirement
+        from vireport.study.judging.requirements import OfRun, Requirement
 
         yield Requirement("survives_shock_m_s", "Shock that is survived", BUMPS, OfRun(judged_shock))
         yield Requirement("phase_jitter_at_most_deg", "Spread of the phases", KICKS, OfRun(judged_jitter))
 
-    def share_of_starts(self, found: Outcomes, evidence: Evidence) -> str | None:
+    def share_of_starts(self, outcomes: Outcomes, evidence: Evidence) -> str | None:
         """How many random starts come to a motion of a word that is required."""
         from vireport.findings.outcomes.judging import share_of_starts
 
-        return None if found.attracting is None else share_of_starts(evidence, found.attracting)
+        return None if outcomes.attracting is None else share_of_starts(evidence, outcomes.attracting)
 
-    def answers(self, found: Outcomes, evidence: Evidence) -> Iterator[AddedAnswer[Outcomes]]:
+    def answers(self, outcomes: Outcomes, evidence: Evidence) -> Iterator[AddedAnswer[Outcomes]]:
         """The least shock, what holds against the way from rest, and the jitter."""
-        from vireport.gate.evidence import Question
-        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight, judged_by, stable_motions
+        from vireport.study.judging.evidence import Question
+        from vireport.study.judging.verdict import (
+            AddedAnswer,
+            AddedConclusion,
+            Status,
+            Weight,
+            judged_by,
+            stable_motions,
+        )
 
         motions = stable_motions(evidence.solution, evidence.atlas)
-        withstood = found.withstood if not motions.narrow else None
+        withstood = outcomes.withstood if not motions.narrow else None
         if withstood is not None and (withstood.shock is not None or withstood.shock_unknown):
             # Good only where one is required: nothing else says how large the shocks of a device are.
             status = Status.GOOD if judged_by(BUMPS, evidence.criteria) else Status.NEUTRAL
-            yield AddedAnswer(BUMPS, status, found, name="shock")
+            yield AddedAnswer(BUMPS, status, outcomes, name="shock")
         end = evidence.from_rest if evidence.solution.design is not None and motions.types else None
-        if end is not None and found.narrow and (end.reached or evidence.required_motions_met):
+        if end is not None and outcomes.narrow and (end.reached or evidence.required_motions_met):
             word = "Stable, reached from rest within narrow limits only"
             concludes = AddedConclusion("WINDOW_NARROW", Status.CAUTION, word, Weight.MARGIN, BLOCK)
-            yield AddedAnswer(Question.FROM_REST, Status.CAUTION, found, name="window", concludes=concludes)
+            yield AddedAnswer(Question.FROM_REST, Status.CAUTION, outcomes, name="window", concludes=concludes)
         if withstood is not None and withstood.jitter is not None:
             status = Status.CAUTION if withstood.jitter_unknown else Status.NEUTRAL
-            yield AddedAnswer(KICKS, status, found, name="jitter")
+            yield AddedAnswer(KICKS, status, outcomes, name="jitter")
 
     def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
         """What helps to start it, what else it does nearby, and what it withstands."""
-        from vireport.gate.opening import FactPlace
+        from vireport.study.judging.opening import FactPlace
 
         return {FactPlace.AFTER_MOTION: _starting(verdict), FactPlace.LAST: _withstanding(verdict)}
 
-    def pictures(self, found: Outcomes, study: Study, templates: Path | None) -> Iterator[Any]:
+    def pictures(self, outcomes: Outcomes, study: Study, templates: Path | None) -> Iterator[Any]:
         """What shocks lead to, and the basins on the section of impacts."""
         from vireport.findings.outcomes.steps import FIGURE_BASIN, FIGURE_SHOCKS
 
         if study.plan.runs(FIGURE_SHOCKS):
             from vireport.findings.outcomes import shocks_figure
 
-            if (plane := shocks_figure.picture(found, study.solution.device, templates)) is not None:
+            if (plane := shocks_figure.picture(outcomes, study.solution.device, templates)) is not None:
                 yield plane
-        if study.plan.runs(FIGURE_BASIN) and found.basins is not None:
+        if study.plan.runs(FIGURE_BASIN) and outcomes.basins is not None:
             from vireport.findings.outcomes import basin_figure
 
-            yield basin_figure.picture(found.basins, templates)
+            yield basin_figure.picture(outcomes.basins, templates)
 
 
-def _fact(status: Status, name: str, *given: object) -> Statement:
-    from vireport.gate.opening import Statement
-    from vireport.wording.said import Said
+def _fact(status: Status, name: str, *values: object) -> Statement:
+    from vireport.study.judging.opening import Statement
+    from vireport.text.said import Said
 
-    return Statement(status, Said(name, given, BLOCK))
+    return Statement(status, Said(name, values, BLOCK))
 
 
 def _starting(verdict: Verdict) -> Iterator[Statement]:
     """What helps where switching on at once does not, and what else the device does near the design point."""
     from vireport.findings.outcomes.judging import outcomes_of
-    from vireport.gate.verdict import Status
+    from vireport.study.judging.verdict import Status
 
-    evidence, found = verdict.evidence, outcomes_of(verdict.evidence)
+    evidence, disturbances = verdict.evidence, outcomes_of(verdict.evidence)
     if verdict.from_rest is None or evidence.from_rest is None:
         return
     if evidence.is_reached:
-        if found.narrow:
-            yield _fact(Status.CAUTION, "window_is_narrow", found)
-    elif found.ramp is not None:
-        yield _fact(Status.CAUTION, "ramp_helps" if found.ramp.periods is not None else "no_ramp_helps", found.ramp)
-    elif found.share is None:  # without a block no ramp is tried
+        if disturbances.narrow:
+            yield _fact(Status.CAUTION, "window_is_narrow", disturbances)
+    elif disturbances.ramp is not None:
+        yield _fact(
+            Status.CAUTION,
+            "ramp_helps" if disturbances.ramp.periods is not None else "no_ramp_helps",
+            disturbances.ramp,
+        )
+    elif disturbances.share is None:  # without a block no ramp is tried
         yield _fact(Status.CAUTION, "may_start_slowly")
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from vireport.base.errors import NumericalError
 from vireport.findings.outcomes.outcomes import Outcomes
-from vireport.gate.evidence import Evidence, Judgement, Limit, held_against
-from vireport.gate.requirements import NOT_STABLE
+from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
+from vireport.study.judging.requirements import NOT_STABLE
 from vireport.text.formatting import percent
 
 if TYPE_CHECKING:

@@ -211,8 +211,8 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> li
         soonest = 2 * np.ceil((start - float(piece.end_time.max())) / 2)
         latest = start + duration - float(piece.start_time.min())
         for shift in np.arange(soonest, latest, 2.0).tolist():
-            begun, ended = piece.start_time + shift, piece.end_time + shift
-            low, high = np.maximum(begun, start), np.minimum(ended, start + duration)
+            begun, finish = piece.start_time + shift, piece.end_time + shift
+            low, high = np.maximum(begun, start), np.minimum(finish, start + duration)
             position, speed = _state(groups, low, piece.start_wall, begun, piece.after)
             undisturbed, undisturbed_speed = _state(
                 groups, low, wall, np.full(len(low), start), np.full(len(low), after)

@@ -119,8 +119,8 @@ def switched_on_by(
         around = window_of(solution, compiled)
     share = min(fsum(part for part, outcome in outcomes if outcome.reached), 1.0)
     strip = outcomes_along(solution, compiled) if windows else ()
-    known = replace(switched_on(solution, end, compiled), over_sweep=strip, ramp_periods=block.ramp_periods)
-    return known, Outcomes(share, ramp, around)
+    answer = replace(switched_on(solution, end, compiled), over_sweep=strip, ramp_periods=block.ramp_periods)
+    return answer, Outcomes(share, ramp, around)
 
 
 def outcomes_along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
@@ -149,8 +149,8 @@ def with_coexistence(outcomes: Outcomes, study: Study) -> Outcomes:
 
     if study.switched_on is None:
         return outcomes
-    known = study.solution, study.switched_on, study.atlas, outcomes.withstood
-    return replace(outcomes, attracting=attracting_motions(*known, required_shock(study)))
+    inputs = study.solution, study.switched_on, study.atlas, outcomes.withstood
+    return replace(outcomes, attracting=attracting_motions(*inputs, required_shock(study)))
 
 
 def with_basins(outcomes: Outcomes, study: Study) -> Outcomes:

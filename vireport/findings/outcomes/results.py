@@ -25,13 +25,13 @@ AFTER_SHOCK = "recovery_periods", "recovery_s", "recovery_error_bound_periods", 
 """What the core has of switching on that stands behind the shocks."""
 
 
-def outcomes_data(block: Mapping[str, Any], found: Outcomes) -> dict[str, Any]:
+def outcomes_data(block: Mapping[str, Any], outcomes: Outcomes) -> dict[str, Any]:
     """The block of the core with what other starts come to; null is what was not computed."""
-    start, ramp, window = block["from_rest"], found.ramp, found.window
-    withstood, attracting, basins = found.withstood, found.attracting, found.basins
+    start, ramp, window = block["from_rest"], outcomes.ramp, outcomes.window
+    withstood, attracting, basins = outcomes.withstood, outcomes.attracting, outcomes.basins
     from_rest = {
         **{name: value for name, value in start.items() if name != "along_sweep"},
-        "share_of_switch_on_phases": found.share,
+        "share_of_switch_on_phases": outcomes.share,
         "ramp_that_reaches_1_1": ramp and {"periods": ramp.periods, "longest_tried": ramp.longest},
         "window": window and _window(window),
         "along_sweep": start["along_sweep"],

@@ -26,7 +26,7 @@ from vireport.physics.numbers import ARRAYS, wrapped
 from vireport.simulation.attractors import Attractor, find_attractor
 from vireport.simulation.events import check_model, follow_impacts, start_of
 from vireport.simulation.kernel import PHASE, TURN, VELOCITY, WALL
-from vireport.text.formatting import shown
+from vireport.text.formatting import print_rounded
 
 Floats = NDArray[np.float64]
 
@@ -266,8 +266,8 @@ def least_shock(
             break
         if patience >= LONGEST:
             raise NumericalError(
-                f"a jump of {shown(abs(by_search.jump))} velocity units takes more than {patience} impacts to return, "
-                "and so may others: what returns cannot be told in reasonable time"
+                f"a jump of {print_rounded(abs(by_search.jump))} velocity units takes more than {patience} impacts "
+                "to return, and so may others: what returns cannot be told in reasonable time"
             )
         # It came back after all, from a chaotic transient longer than was waited for.
         search.cores = [replace(core, patience=min(LONGER * core.patience, LONGEST)) for core in search.cores]

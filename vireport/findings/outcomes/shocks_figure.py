@@ -34,9 +34,9 @@ MANIFOLD: Look = {"color": Color.BLUE, "linewidth": 0.8}
 LEAST: Look = {"color": Color.VERMILION, "linewidth": 2.2, "marker": "o", "markersize": 5.0, "markevery": [1]}
 
 
-def picture(found: Outcomes, device: Device, templates: Path | None = None) -> Picture | None:
+def picture(outcomes: Outcomes, device: Device, templates: Path | None = None) -> Picture | None:
     """The figure with its words; None where no shock leads out, or what they lead to is not told apart."""
-    withstood, attracting = found.withstood_in_use, found.attracting
+    withstood, attracting = outcomes.withstood_in_use, outcomes.attracting
     if withstood is None or withstood.shock is None or attracting is None:
         return None
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
@@ -46,7 +46,7 @@ def picture(found: Outcomes, device: Device, templates: Path | None = None) -> P
         return None
     if plane.share(0) == 1:
         return None
-    shown = {
+    facts = {
         "motion": withstood.shock.motion.word.name,
         "points": len(plane.x),
         "returned": plane.share(0),
@@ -55,14 +55,14 @@ def picture(found: Outcomes, device: Device, templates: Path | None = None) -> P
         "manifold": bool(lines),
         "outcomes": [(of.name, plane.share(number)) for number, of in enumerate(plane.outcomes)],
     }
-    return pictured(FIGURE_SHOCKS, shown, figure_shocks(plane, lines, withstood), templates)
+    return pictured(FIGURE_SHOCKS, facts, figure_shocks(plane, lines, withstood), templates)
 
 
 def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withstood) -> Figure:
     """The plane of shocks: time within the period against the jump, coloured by outcome, with the least one."""
     unit, shock = withstood.velocity_unit, withstood.shock
     colors = [OWN, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
-    met = [number for number in range(len(colors)) if plane.share(number)]
+    reached_ends = [number for number in range(len(colors)) if plane.share(number)]
     with style():
         figure, panels = blank(1)
         axes = panels[0, 0]
@@ -72,7 +72,7 @@ def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withst
         axes.imshow(image, extent=(0.0, right, -top, top), origin="lower", aspect="auto", interpolation="nearest")
         for line in lines:
             axes.plot(line.time / 2, line.jump * unit, **MANIFOLD)
-        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in met]
+        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in reached_ends]
         marks: list[Entry] = [("onto the unstable motion", MANIFOLD)] if lines else []
         if shock is not None:
             for time in shock.motion.time - shock.motion.time[0]:

@@ -39,24 +39,24 @@ class ProofsFinding(AddedFinding["Proved"]):
 
         if study.switched_on is None:
             return None
-        found = study.findings["outcomes"].withstood, study.plan.runs(SHOCK)
-        return proved_of(study.solution, study.switched_on, *found, say)
+        withstood = study.findings["outcomes"].withstood, study.plan.runs(SHOCK)
+        return proved_of(study.solution, study.switched_on, *withstood, say)
 
-    def results_within(self, block: Mapping[str, Any], found: Proved | None) -> Mapping[str, Any]:
+    def results_within(self, block: Mapping[str, Any], proved: Proved | None) -> Mapping[str, Any]:
         """The block on disturbances with what is proved: of the start from rest, of shocks, and with what it takes."""
-        from_rest = {**block["from_rest"], "proved": found and found.arrival.proved}
-        shock, bound = block["shock"], found and found.jump_m_s
-        if shock is None and found is not None:
+        from_rest = {**block["from_rest"], "proved": proved and proved.arrival.proved}
+        shock, bound = block["shock"], proved and proved.jump_m_s
+        if shock is None and proved is not None:
             from vireport.findings.outcomes.results import SHOCK
 
             shock = dict.fromkeys(SHOCK)
         if shock is not None:
             shock = {**shock, "proved_m_s": bound}
         proof = None
-        if found is not None:
+        if proved is not None:
             from vireport.findings.proofs.results import proof_data
 
-            proof = proof_data(found)
+            proof = proof_data(proved)
         return {**block, "from_rest": from_rest, "shock": shock, "proof": proof}
 
 

@@ -258,8 +258,8 @@ def _arrival(
 
 def _release(device: Device, traps: list[Trap], wall: int = BOTTOM) -> Arrival:
     """Prove that a ball that a membrane releases comes into one of some regions."""
-    from vireport.checks.enclosures import UnprovedError
     from vireport.findings.proofs.release import reaches
+    from vireport.study.checks.enclosures import UnprovedError
 
     try:
         return Arrival(*reaches(device, traps, wall=wall))

@@ -12,8 +12,6 @@ from math import pi
 import numpy as np
 from msgspec.structs import replace
 
-from vireport.checks.confinement import stays_between
-from vireport.checks.enclosures import Ball, BallOps, UnprovedError, ball, precision, prove
 from vireport.findings.proofs.trap import Trap
 from vireport.physics.affine import AFFINE_ROUNDING
 from vireport.physics.device import Device
@@ -22,6 +20,8 @@ from vireport.physics.groups import Groups
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import BOTTOM, check_model, follow_one
 from vireport.simulation.kernel import FLIGHT, RIDING, SETTLING, TURN, WALL
+from vireport.study.checks.confinement import stays_between
+from vireport.study.checks.enclosures import Ball, BallOps, UnprovedError, ball, precision, prove
 
 PRECISIONS = (256, 512, 1024, 2048)
 """Bits of the arithmetic, tried in this order."""

@@ -10,10 +10,10 @@ from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
-    from vireport.gate.evidence import Evidence
-    from vireport.gate.opening import FactPlace, Statement
-    from vireport.gate.requirements import Requirement
-    from vireport.gate.verdict import AddedAnswer, Verdict
+    from vireport.study.judging.evidence import Evidence
+    from vireport.study.judging.opening import FactPlace, Statement
+    from vireport.study.judging.requirements import Requirement
+    from vireport.study.judging.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
 
@@ -39,35 +39,35 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         say("proving that every device within the tolerances works")
         from vireport.findings.tolerances.tolerances import assess_tolerances, half_widths
 
-        device, asked = study.solution.device, study.scenario.tolerances
-        assert asked is not None
-        widths = half_widths(device, asked)
-        return assess_tolerances(device, widths, study.solution.membrane, asked.distribution, asked.samples)
+        device, block = study.solution.device, study.scenario.tolerances
+        assert block is not None
+        widths = half_widths(device, block)
+        return assess_tolerances(device, widths, study.solution.membrane, block.distribution, block.samples)
 
-    def results(self, found: Tolerances | None, study: Study) -> Mapping[str, Any]:
+    def results(self, tolerances: Tolerances | None, study: Study) -> Mapping[str, Any]:
         """The block of the same name."""
-        if found is None:
+        if tolerances is None:
             return {self.name: None}
         from vireport.findings.tolerances.results import tolerances_data
 
-        return {self.name: tolerances_data(found, study.scenario)}
+        return {self.name: tolerances_data(tolerances, study.scenario)}
 
     def requirements(self) -> Iterator[Requirement]:
         """A least yield."""
         from vireport.findings.tolerances.judging import judged_yield, may_yield
-        from vireport.gate.requirements import OfRun, Requirement
+        from vireport.study.judging.requirements import OfRun, Requirement
 
         quantity = OfRun(judged_yield, may_yield)
         yield Requirement("yield_at_least_percent", "Yield within the tolerances", QUESTION, quantity)
 
-    def answers(self, found: Tolerances, evidence: Evidence) -> Iterator[AddedAnswer[Tolerances]]:
+    def answers(self, tolerances: Tolerances, evidence: Evidence) -> Iterator[AddedAnswer[Tolerances]]:
         """Good where every device is proved to work; a required yield stands for what is held against it else."""
-        from vireport.gate.verdict import AddedAnswer, AddedConclusion, Status, Weight
+        from vireport.study.judging.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
-        if found.proved:
-            yield AddedAnswer(QUESTION, Status.GOOD, found, name=self.name)
+        if tolerances.proved:
+            yield AddedAnswer(QUESTION, Status.GOOD, tolerances, name=self.name)
             return
-        refuted = found.worst is not None
+        refuted = tolerances.worst is not None
         concludes = AddedConclusion(
             "NOT_EVERY_DEVICE" if refuted else "TOLERANCES_OPEN",
             Status.CAUTION,
@@ -77,29 +77,29 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
             Weight.NOT_EVERY_DEVICE,
             self.name,
         )
-        yield AddedAnswer(QUESTION, Status.CAUTION, found, name=self.name, concludes=concludes)
+        yield AddedAnswer(QUESTION, Status.CAUTION, tolerances, name=self.name, concludes=concludes)
 
     def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
         """How many devices keep the motion."""
-        from vireport.gate.opening import FactPlace, Statement
-        from vireport.wording.said import Said
+        from vireport.study.judging.opening import FactPlace, Statement
+        from vireport.text.said import Said
 
         answer = verdict.added.get(self.name)
         if answer is None:
             return {}
-        found = answer.data
-        stable, count = found.sampled.stable, found.sampled.samples
+        tolerances = answer.data
+        stable, count = tolerances.sampled.stable, tolerances.sampled.samples
         tried = "every_device_tried" if stable == count else "some_devices_fail" if stable else "no_device_works"
-        name = "every_device_proved" if found.proved else tried
-        return {FactPlace.AFTER_MARGIN: [Statement(answer.status, Said(name, (found,), self.name))]}
+        name = "every_device_proved" if tolerances.proved else tried
+        return {FactPlace.AFTER_MARGIN: [Statement(answer.status, Said(name, (tolerances,), self.name))]}
 
-    def written(self, found: Tolerances, study: Study) -> Mapping[str, bytes]:
+    def written(self, tolerances: Tolerances, study: Study) -> Mapping[str, bytes]:
         """The worst device found as a scenario, where one fails."""
-        if found.worst is None:
+        if tolerances.worst is None:
             return {}
         from vireport.findings.tolerances.results import worst_scenario
 
-        return {"worst.yaml": worst_scenario(study.scenario, found.worst).encode()}
+        return {"worst.yaml": worst_scenario(study.scenario, tolerances.worst).encode()}
 
 
 FINDING = TolerancesFinding()

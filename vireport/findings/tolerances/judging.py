@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.base.shares import share_interval
 from vireport.design.devices import devices_off, sample_steps
-from vireport.gate.designs import BORDER, Designs
-from vireport.gate.evidence import Evidence, Judgement, Limit, held_against
+from vireport.study.judging.designs import BORDER, Designs
+from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
 
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
@@ -38,16 +38,16 @@ def judged_yield(results: Evidence, limit: Limit) -> Judgement:
 
 def may_yield(designs: Designs, limit: Limit) -> Mask:
     """Which designs may reach a yield: by the very devices that a run takes, as few of them as tell."""
-    asked, kept = designs.scenario.tolerances, np.ones(designs.count, dtype=bool)
-    if asked is None:
+    block, kept = designs.scenario.tolerances, np.ones(designs.count, dtype=bool)
+    if block is None:
         return kept
-    steps = sample_steps(len(designs.half_widths), asked.distribution, asked.samples)
-    enough = (k for k in range(asked.samples) if 100 * share_interval(k, asked.samples)[1] >= limit.value)
-    most = asked.samples - next(enough, asked.samples)  # all of them, where only the proof is enough
+    steps = sample_steps(len(designs.half_widths), block.distribution, block.samples)
+    enough = (k for k in range(block.samples) if 100 * share_interval(k, block.samples)[1] >= limit.value)
+    most = block.samples - next(enough, block.samples)  # all of them, where only the proof is enough
     # Whole Sobol sequences are balanced, not their beginnings: only a count that no further device can mend refutes.
     failed, first = np.zeros(designs.count, dtype=np.intp), 0
-    while first < asked.samples:
-        last = min(max(2 * first, FEW_SAMPLES), asked.samples)
+    while first < block.samples:
+        last = min(max(2 * first, FEW_SAMPLES), block.samples)
         for row in np.flatnonzero(kept):
             design = designs.select(np.array([row]))
             device = devices_off(design.device, design.half_widths, steps[:, first:last])

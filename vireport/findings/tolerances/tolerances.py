@@ -107,9 +107,9 @@ class Tolerances(Struct, frozen=True, eq=False):
         return self.answer is Answer.PROVED
 
 
-def half_widths(device: Device, asked: TolerancesBlock) -> dict[DesignInput, float]:
+def half_widths(device: Device, block: TolerancesBlock) -> dict[DesignInput, float]:
     """The tolerance of each input that has one, in its unit."""
-    widths = {varied: asked.half_width(varied, float(device.value_of(varied))) for varied in DesignInput}
+    widths = {varied: block.half_width(varied, float(device.value_of(varied))) for varied in DesignInput}
     return {varied: width for varied, width in widths.items() if width}
 
 

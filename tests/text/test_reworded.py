@@ -1,0 +1,220 @@
+"""A user's words: said wherever the package's own would be, and named with their line where they are wrong."""
+
+from __future__ import annotations
+
+import json
+from html import unescape
+from pathlib import Path
+
+import pytest
+from conftest import study
+from pages import Page
+
+from vireport import analyse, diff, load
+from vireport.base.errors import RenderError
+from vireport.cli.app import main
+from vireport.motions.events import Event
+from vireport.motions.stability import Stability
+from vireport.physics.motion import Symmetry
+from vireport.report.changes.diff_outputs import changes_table, diff_text, rerun_text
+from vireport.report.templates import fill
+from vireport.study.checks.paper import Agreement, ComparedRow, ComparedTypes, Misprint, PrintedPhase, PrintedQuantity
+from vireport.text.templates import TEMPLATES, Words
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ci" / "failing.yaml"
+
+
+def reworded(folder: Path, **changes: tuple[str, str]) -> Path:
+    """A folder of words in which something is said in another way."""
+    (folder / "words" / "figures").mkdir(parents=True)
+    for name, (before, after) in changes.items():
+        text = (TEMPLATES / "words" / f"{name}.j2").read_text(encoding="utf-8")
+        assert before in text
+        (folder / "words" / f"{name}.j2").write_text(text.replace(before, after), encoding="utf-8")
+    return folder
+
+
+@pytest.mark.slow
+def test_the_opening_is_reworded_on_the_terminal_and_in_files(tmp_path: Path, capsys) -> None:
+    folder = reworded(tmp_path / "own", opening=("starts by itself", "gets going by itself"))
+    files = ["--format", "markdown,junit,json", "-o", str(tmp_path / "out")]
+    assert main(["run", str(EXAMPLE), "--templates", str(folder), *files]) == 1
+    said = capsys.readouterr().out
+    for text in (said, (tmp_path / "out" / "junit.xml").read_text()):
+        assert "It runs, and gets going by itself, but does not meet" in text
+        assert "starts by itself" not in text
+    assert analyse(load(EXAMPLE)).opening.worded(folder).sentence in said.splitlines()
+
+
+@pytest.mark.slow
+def test_the_facts_the_word_and_captions_are_reworded(tmp_path: Path) -> None:
+    folder = reworded(
+        tmp_path / "own",
+        opening=("Requirements not met, ", "Not as required, "),
+        **{"figures/sweep": ("Stable 1:1 motion for", "Steady for")},
+    )
+    text = (folder / "words" / "opening.j2").read_text()
+    before = "{% macro word(verdict) %}{{ verdict.word }}"
+    assert before in text
+    (folder / "words" / "opening.j2").write_text(text.replace(before, f"{before}, in our words"))
+    files = ["--format", "html,markdown,svg", "-o", str(tmp_path / "out"), "-q"]
+    assert main(["run", str(EXAMPLE), "--templates", str(folder), *files]) == 1
+    page, summary, figure = ((tmp_path / "out" / x).read_text() for x in ("report.html", "summary.md", "figure-2.svg"))
+    for text in (page, summary):
+        assert "Not as required, 4 of 9: " in text
+        assert "Requirements not met, in our words" in text
+    for text in (page, figure):
+        assert "Steady for 0.629 m < s" in unescape(text).replace("\u00a0", " ")
+
+
+@pytest.mark.slow
+def test_a_comparison_is_reworded_on_the_terminal_on_its_page_and_in_its_data(tmp_path: Path, capsys) -> None:
+    folder = reworded(
+        tmp_path / "own",
+        compare=("{% macro lacks_not_met() %}requirements missed", "{% macro lacks_not_met() %}not as required"),
+        changes=("({{ share }} apart)", "(they differ by {{ share }})"),
+        quantities=("highest U_ave", "greatest U_ave"),
+    )
+    text = (folder / "words" / "compare.j2").read_text()
+    for before, after in (
+        ("Ranking, the best first", "The best first"),
+        ("quantities differ", "numbers are not alike"),
+        ("All scenarios on one axis", "All of them on one axis"),
+        ("A dash: ", "No number: "),
+    ):
+        assert before in text
+        text = text.replace(before, after)
+    (folder / "words" / "compare.j2").write_text(text)
+    scenarios = [str(EXAMPLE), str(EXAMPLE.parents[1] / "design-point.yaml"), str(EXAMPLE.parents[1] / "inclined.yaml")]
+    files = ["--format", "html,json,markdown", "-o", str(tmp_path / "out"), "-v"]
+    assert main(["compare", *scenarios, "--templates", str(folder), *files]) == 0
+    terminal = capsys.readouterr().out
+    page, summary, data = (
+        unescape((tmp_path / "out" / name).read_text()) for name in ("report.html", "summary.md", "compare.json")
+    )
+    for text in (terminal, page, summary):
+        assert "The best first" in text
+        assert "Not as required" in text
+        assert "Ranking, the best first" not in text
+        assert "equirements missed: failing" not in text
+    assert "numbers are not alike:" in terminal
+    assert "All of them on one axis" in page
+    assert "No number: " in page
+    said = [row["sentence"] for row in json.loads(data)["quantities"] if row["differs"]]
+    assert any(" (they differ by " in sentence for sentence in said)
+    assert any(sentence.startswith("Greatest U_ave over the stable range: ") for sentence in said)
+    quantities = Page((tmp_path / "out" / "report.html").read_bytes()).text
+    assert "Greatest U" in quantities
+    assert "Highest U" not in quantities
+    names = [row["quantity"] for row in json.loads(data)["quantities"]]
+    assert "highest U_ave over the stable range" in names  # by which other programs find it
+    assert not any(" apart)" in sentence for sentence in said)
+    assert set(said) <= set(terminal.splitlines())
+
+
+def test_changes_are_reworded_as_text_and_as_a_table(tmp_path: Path) -> None:
+    folder = reworded(
+        tmp_path, changes=("{{ count }} changes since {{ baseline }}", "{{ count }} news of {{ baseline }}")
+    )
+    text = (folder / "words" / "changes.j2").read_text()
+    (folder / "words" / "changes.j2").write_text(
+        text.replace(": gone, was ", ": no more, once ").replace("Now", "Today")
+    )
+    changed = diff(study("design-point").to_dict(), study("design-point", "device.length_m=0.6"))
+    text = (
+        (TEMPLATES / "words" / "quantities.j2")
+        .read_text()
+        .replace("margin from the design point", "margin of the design")
+    )
+    (folder / "words" / "quantities.j2").write_text(text)
+    table = changes_table(changed, templates=folder)
+    lines = diff_text(changed, "old.json", folder).splitlines()
+    assert lines[0] == f"{len(changed)} news of old.json:"
+    assert table.caption == f"{len(changed)} news of the baseline"
+    assert [column.title for column in table.columns] == ["Group", "What", "Before", "Today", "Change"]
+    assert [line for line in lines if ": no more, once " in line]
+    assert [line for line in lines if line.startswith("  margin: margin of the design to the ")]
+    assert [row for row in table.rows if row[1].startswith("margin of the design to the ")]
+    assert not [row for row in table.rows if row[1].startswith("margin from the design point to the ")]
+    assert [row for row in changed if row.quantity.startswith("margin from the design point to the ")]
+    assert ": gone, was " in diff_text(changed)
+
+
+def test_an_earlier_run_that_is_not_the_same_is_reworded(tmp_path: Path) -> None:
+    folder = reworded(tmp_path, changes=("not identical to the results in", "unlike the results in"))
+    before, now = study("design-point").to_dict(), study("design-point")
+    before["design_point"]["q"][0] += 0.25
+    assert rerun_text(before, now, "old.json", folder) == "unlike the results in old.json: 1 value (design_point.q[0])"
+    before["design_point"]["u_ave_v"] = [u + 1 for u in before["design_point"]["u_ave_v"]]
+    first, count, *_ = rerun_text(before, now, "old.json").splitlines()
+    values = len(now.to_dict()["design_point"]["u_ave_v"]) + 1
+    assert first.startswith(
+        f"not identical to the results in old.json: {values} values (design_point.q[0], design_point"
+    )
+    assert count == "1 change since old.json:"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{% macro word(verdict) %}\n{{ verdict.nothing }}{% endmacro %}", "words/opening.j2:2: "),
+        ("\n{% macro %}", "words/opening.j2:2: "),
+        ("a", "words/opening.j2: has no macro 'word'"),
+        ("{% macro word(verdict) %}{{ 1 / 0 }}{% endmacro %}", "words/opening.j2:1: ZeroDivisionError: "),
+        (b"\n\n\xff", "words/opening.j2:3: has the byte 0xFF"),
+    ],
+)
+def test_words_that_fail_are_named_with_their_line_and_nothing_is_written(
+    text: str | bytes, message: str, tmp_path: Path, capsys
+) -> None:
+    (tmp_path / "words").mkdir()
+    (tmp_path / "words" / "opening.j2").write_bytes(text if isinstance(text, bytes) else text.encode())
+    if isinstance(text, str) and "verdict.nothing" in text:
+        ours = (TEMPLATES / "words" / "opening.j2").read_text(encoding="utf-8")
+        (tmp_path / "words" / "opening.j2").write_text(f"{text}{ours.replace('macro word(', 'macro _word(')}")
+    out = tmp_path / "out"
+    assert main(["run", str(EXAMPLE), "--templates", str(tmp_path), "-o", str(out), "--format", "html"]) == 3
+    assert capsys.readouterr().err.startswith(f"vireport: error: {message}")
+    assert not out.exists()
+
+
+def test_a_macro_that_is_not_there_is_named() -> None:
+    with pytest.raises(RenderError, match=r"words/opening.j2: has no macro 'none_such'"):
+        Words("opening")("none_such")
+
+
+class Compared:
+    """What the section on the paper knows."""
+
+    template = "sections/paper.typ.j2"
+    paper_title = "Paper"
+
+    def __init__(self, rows: list[ComparedRow], types: list[ComparedTypes]) -> None:
+        self.paper, self.case, self.rows, self.types = self, "inclined", rows, types
+        self.misprints = tuple(Misprint)
+
+
+def test_each_row_of_the_papers_numbers_is_worded() -> None:
+    phase = PrintedPhase(Event.PITCHFORK, "C1", "3.66", "top")
+    rows = [
+        ComparedRow(PrintedQuantity.POINT_PHASE, "C1", "3.66", 3.62, Agreement.DIFFERS, phase=phase, mirrored=True),
+        ComparedRow(PrintedQuantity.POINT_D, "C1", "", 0.25, Agreement.NOT_PRINTED),
+        ComparedRow(PrintedQuantity.LENGTH, "Fig. 3", "0.69", 0.69, Agreement.TO_ALL_DIGITS, "0.46"),
+        ComparedRow(PrintedQuantity.SHARE, "Fig. 3", "0.58", 0.589, Agreement.CUT_OFF, "0.46"),
+        ComparedRow(PrintedQuantity.PHASE, "Fig. 3", "0.58", 0.59, Agreement.ROUNDING_OF_D, "0.46"),
+    ]
+    nodes = (Stability.UNSTABLE_NODE, Stability.STABLE_NODE)
+    types = [ComparedTypes(Symmetry.SYMMETRIC, nodes, nodes), ComparedTypes(Symmetry.ASYMMETRIC, nodes, nodes[:1])]
+    text = fill(Compared(rows, types), None)
+    for part in (
+        '#"by 0.04";; phase at the #"top"; impact#" of the mirror image";#"; the paper\'s saddle-node is a pitch',
+        "[the paper gives the letter only]",
+        '#"to the digits printed";; take _d_, which has more digits]',
+        '[#"the print is cut off, not rounded";]',
+        '[#"within the rounding of that ";#emph("d");]',
+        '[#"differs: the sweep, or grazing, cuts the row";]',
+        '[#"agrees";]',
+        '#"Figure 2 (g) and (h)"',
+    ):
+        assert part in text
+    assert "Types of motion along the branches" not in fill(Compared(rows, []), None)

@@ -1,0 +1,1835 @@
+"""The words of templates: every branch of them is said here by some results, and by no name that is not there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from functools import cache
+from math import inf
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from branches import branches_taken
+from conftest import EXAMPLES, solved, toleranced
+from jinja2 import nodes
+from jinja2.meta import find_undeclared_variables
+from msgspec.structs import replace
+
+from vireport import analyse, load
+from vireport.comparison.ranking import RANK_BY, RANKING_COLUMNS, Merit
+from vireport.design.effects import Effect, Shift, Shifts, Unmoved
+from vireport.design.from_rest import Destination, FromRest
+from vireport.design.measured import MeasuredShare
+from vireport.design.outcomes_from_rest import OutcomeRange
+from vireport.design.solution import Solution
+from vireport.design.switched_on import SwitchedOn
+from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
+from vireport.map.cells.cells import AxisName
+from vireport.map.chart.words import Naming
+from vireport.measurement.flights import Unknown
+from vireport.measurement.identification import NoFit, Open, Unfit
+from vireport.measurement.misfit import BetterFit, Hidden
+from vireport.motions.events import Event
+from vireport.motions.switching import Limits
+from vireport.physics.energy import ElectricalCycle
+from vireport.physics.word import Word
+from vireport.report.changes.quantities import MEASURED_QUANTITIES
+from vireport.report.markdown import FILTERS as MARKDOWN_FILTERS
+from vireport.report.templates import FILTERS
+from vireport.scenario.blocks import LeftOut
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.judging.evidence import Evidence
+from vireport.study.judging.opening import WordedOpening, opening_of
+from vireport.study.judging.verdict import Conclusion, Status, verdict_of
+from vireport.study.plan import Addition, Task
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, print_rounded
+from vireport.text.said import Said
+from vireport.text.templates import ROOTS, TEMPLATES, Words, environment_of
+
+TAKEN_OVER = {
+    "device__capsule_mass_kg": 0.17773325,
+    "device__restitution": 0.45996,
+    "device__length_m": 5.042418,
+    "excitation__amplitude_n": 20.930283,
+    "excitation__frequency_hz": 1.8435747,
+    "inclination_deg": 0.0,
+}
+"""A device whose symmetric motion comes to a fold before its pitchfork, on the other side."""
+
+HANDOVER = {
+    "event": Event.PITCHFORK,
+    "name": "pitchfork",
+    "label": "",
+    "relative": -0.1,
+    "distance": -4.5,
+    "ends_stability": False,
+    "taken_over": True,
+}
+"""A pitchfork at which another motion takes over."""
+
+WORDS = sorted((TEMPLATES / "words").rglob("*.j2"))
+FROM_OUTSIDE = {"report", "macros"}
+"""Names that sections take from the template that includes them."""
+
+OF_BENCH = {"title", "start"}
+"""Names that the page of the bench takes from its server."""
+
+
+@pytest.mark.parametrize(
+    "file", sorted(file for root in ROOTS for file in root.rglob("*.j2")), ids=lambda file: file.stem
+)
+def test_a_template_has_no_name_that_nothing_defines(file: Path) -> None:
+    source = file.read_text(encoding="utf-8")
+    environment = environment_of(None)
+    environment.filters |= MARKDOWN_FILTERS if file.name.endswith(".md.j2") else FILTERS
+    tree = environment.parse(source)
+    # What is set in a branch counts as undeclared, though it is used in that branch alone.
+    own = {name.name for name in tree.find_all(nodes.Name) if name.ctx != "load"}
+    own |= {macro.name for macro in tree.find_all(nodes.Macro)}
+    names = find_undeclared_variables(tree) - own
+    assert names <= (
+        set() if "/templates/words/" in file.as_posix() else OF_BENCH if file.parent.name == "bench" else FROM_OUTSIDE
+    )
+
+
+def thing(**of: object) -> SimpleNamespace:
+    return SimpleNamespace(**of)
+
+
+@pytest.fixture(scope="module")
+def taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
+    """The branches of the words, and those that were taken."""
+    with branches_taken() as told:
+        yield told
+
+
+def said(words: str, macro: str, *given: object) -> str:
+    return Words(words)(macro, *given)
+
+
+def macros_of(words: str) -> set[str]:
+    """The names of all macros of a file of words."""
+    return set(re.findall(r"macro (\w+)\(", (TEMPLATES / "words" / f"{words}.j2").read_text(encoding="utf-8")))
+
+
+def check(**given: object) -> SimpleNamespace:
+    """A simulation that found every stable motion again, and some other motions."""
+    others = tuple(thing(count=count, name=name) for count, name in ((4, "BBT"), (3, "BTBT"), (2, "chaos"), (1, "B")))
+    usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
+    usual |= {"trials": 20, "reached": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": others, "values": [0]}
+    return thing(**usual | given, others=others)
+
+
+def followed(*words: str) -> SimpleNamespace:
+    """Families of motions that are stable wherever it is asked."""
+    families = [thing(word=Word.of(*word.split(), *([3] if "3" in word else []))) for word in words]
+    for family, word in zip(families, words, strict=True):
+        family.word = Word.of(word.rstrip("3"), 3 if word.endswith("3") else 1)
+        family.settable, family.settable_at = True, lambda value: True
+    return thing(families=families, stable_at=lambda value: [(family, None) for family in families])
+
+
+def required(passed: bool, question: str = "MARGIN") -> SimpleNamespace:
+    from vireport.study.judging.evidence import Question
+
+    limit = thing(text="at least 5 %", value=5.0)
+    return thing(
+        passed=passed,
+        names_motions=question == "MOTION",
+        question=Question[question],
+        title="Margin",
+        limit=limit,
+        key="margin_any_percent",
+    )
+
+
+def compliant(**changed: object) -> Evidence:
+    """What the membranes' own stiffness makes of the inclined capsule, changed as a whole or at its ends."""
+    point, names = thing(label="B1", event=thing(words="period doubling")), ("compliant", "compliant_margin", "why")
+    values = {"rigid": 0.62946, "moved": 0.04791, "compliant": 0.58155, "compliant_margin": 0.0799, "absence": None}
+    of_end = {name: changed.pop(name) for name in names if name in changed}
+    of_end |= {"absence": of_end.pop("why", None)}
+    end = thing(parameter=Parameter.LENGTH, point=point, **values | of_end)
+    usual = {"motion": thing(stable=True, contact_share=0.025), "absence": None, "margin_gone": False, "ends": (end,)}
+    usual |= {"swept_ends": (end, end) if changed.pop("two", False) else (end,), "end_of": lambda *_: end}
+    return Evidence(solved("inclined"), own_stiffness=thing(**usual | changed))
+
+
+@cache
+def distorted() -> Solution:
+    """The inclined example with a second harmonic of its force."""
+    force = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
+    return analyse(load(EXAMPLES / "inclined.yaml", force), ("json",)).solution
+
+
+LENGTH_END = thing(event=Event.PERIOD_DOUBLING, distance=-0.02, parameter=DesignInput.LENGTH)
+FIXED, FREE = thing(recoils=False, harmonics=()), thing(recoils=True, harmonics=())
+
+
+def shift(left_out: str = "RESTITUTION_BOTTOM", **of: object) -> SimpleNamespace:
+    """A shift of the nearest end by something that the model leaves out."""
+    given = {"left": 0.01, "stable": True, "computed": True, "relative": 0.04, "size": -0.05, "speed_m_s": None} | of
+    given = {"absence": None} | given
+    effect = thing(left_out=LeftOut[left_out], size=given["size"], speed_m_s=given["speed_m_s"])
+    return thing(effect=effect, **given)
+
+
+def film(**given: float) -> dict[str, float]:
+    values = {"thickness_m": 1e-3, "relative_permittivity": 4.7, "breakdown_field_v_m": 1e9} | given
+    return {f"device__membrane__{key}": value for key, value in values.items()}
+
+
+HERE = {"sweep__to": 0.62, "device__length_m": 0.6}
+"""A sweep of the inclined capsule without stable 1:1 motion, and a design point in it."""
+
+
+def switched_on(end: Destination = Destination.ONE_TO_ONE, settles: int | None = 17) -> Evidence:
+    """The inclined capsule with what it comes to when it is switched on."""
+    motion = {Destination.ONE_TO_ONE: ("BT", 1), Destination.REST_CYCLE: ("B~", 3)}.get(end, ("", 0))
+    return Evidence(solved("inclined"), switched_on=SwitchedOn(FromRest(end, *motion, settles)))
+
+
+def nowhere_stable(**found: list[FromRest]) -> Evidence:
+    """A sweep without stable 1:1 motion and without a design point, and what it comes to in stretches of it."""
+    parts = {key: tuple(OutcomeRange(0.6, 0.61, end) for end in ends) for key, ends in found.items()}
+    return Evidence(solved("inclined", sweep__to=0.62, device__length_m=None), switched_on=SwitchedOn(None, **parts))
+
+
+NARROW = {"device__length_m": 0.61, "excitation__amplitude_n": 6.9375, "tolerances__length_percent": 10.0}
+"""At which 1:1 motion is stable from 0.6083 to 0.6125 m."""
+
+OPENINGS: dict[str, tuple[Callable[[], Evidence], list[str]]] = {
+    "swept": (
+        lambda: Evidence(solved("inclined")),
+        [
+            "It runs, with margin.",
+            "The ball presses the membranes 19 mm deep and stretches them to "
+            "5.3 times their area: state the thickness to check field and energy.",
+            "The ball strikes each membrane once per period.",
+            "Stable length: above 0.629 m (up to 0.75 m, the end of the sweep)",
+            "Margin to use: 4.7 % in frequency (ends at 1.91 Hz)",
+            "Mean voltage: 42.8 kV (by the paper’s formulae, extrapolated)",
+        ],
+    ),
+    "throughout": (
+        lambda: Evidence(solved("inclined", sweep__from=0.65)),
+        ["Stable length: 0.65 m to 0.75 m (the whole sweep)"],
+    ),
+    "two ends": (
+        lambda: Evidence(solved("inclined", sweep__to=1.6)),
+        ["Stable length: 0.629 m to 1.43 m (from period doubling to fold)"],
+    ),
+    "too narrow to be set": (
+        lambda: Evidence(toleranced(**NARROW, sweep__to=2.0)),
+        [
+            "It does not run: stable only in a range too narrow to be set.",
+            "Move the length into a stable range.",
+            "Mean voltage: none (no stable 1:1 motion)",
+        ],
+    ),
+    "too narrow without a design point": (
+        lambda: Evidence(toleranced(**NARROW | {"device__length_m": None}, sweep__to=0.615)),
+        [
+            "It does not run: stable only in a range too narrow to be set.",
+            "Change another input than the length: vireport map shows where 1:1 motion is stable.",
+            "Stable length: none (0.59 m to 0.615 m swept)",
+        ],
+    ),
+    "nothing that some starts do not find": (
+        lambda: Evidence(
+            solved("inclined", device__length_m=0.6),
+            switched_on=SwitchedOn(
+                FromRest(Destination.REST_CYCLE, "B~", 8, 0), by_starts=(thing(name="B every 2 forcing periods"),)
+            ),
+        ),
+        [
+            "It does not run: no 1:1 motion is stable.",
+            "Move the length into a stable range.",
+            "From rest: not 1:1 (the ball comes to rest every 8 forcing periods (B~))",
+        ],
+    ),
+    "without a design point": (
+        lambda: Evidence(solved("inclined", device__length_m=None)),
+        ["Mean voltage: 39.9 kV to 45.4 kV (by the paper’s formulae, extrapolated)"],
+    ),
+    "nothing in the sweep, and from rest": (
+        lambda: nowhere_stable(sampled=[FromRest(Destination.OTHER_MOTION, "BBT", 1), FromRest(Destination.CHAOTIC)]),
+        [
+            "Switched on from rest, somewhere in the sweep the ball comes to BBT every forcing period.",
+            "Switched on from rest, somewhere in the sweep the ball moves irregularly.",
+        ],
+    ),
+    "others in the sweep": (
+        lambda: Evidence(solved("inclined", sweep__to=0.62, device__length_m=None), atlas=followed("BB")),
+        ["It runs, but not as a 1:1 motion.", "Stable instead of 1:1: BB."],
+    ),
+    "an allowed motion": (
+        lambda: Evidence(solved("inclined", **HERE), atlas=followed("BBT"), criteria=(required(True, "MOTION"),)),
+        ["It runs, in a motion that is required.", "All requirements are met (1)."],
+    ),
+    "one point": (
+        lambda: Evidence(solved("design-point")),
+        ["Stable frequency: 1.90 Hz to 2.86 Hz (from period doubling to fold)"],
+    ),
+    "reached from rest": (
+        lambda: switched_on(),
+        [
+            "It runs, and starts by itself, with margin.",
+            "The ball strikes each membrane once per period.",
+            "From rest: 17 periods (8.5 s until it has settled)",
+        ],
+    ),
+    "reached from rest, not known when": (
+        lambda: switched_on(settles=None),
+        [
+            "The ball strikes each membrane once per period.",
+            "From rest: starts (it settles later than was followed)",
+        ],
+    ),
+    "not reached from rest": (
+        lambda: switched_on(Destination.REST_CYCLE),
+        [
+            "It can run, but does not start by itself.",
+            "From rest: not 1:1 (the ball comes to rest every 3 forcing periods (B~))",
+        ],
+    ),
+    "undecided from rest": (
+        lambda: switched_on(Destination.UNDECIDED, None),
+        [
+            "It can run; whether it starts by itself is not known.",
+            "From rest: not known (rounding decides it)",
+        ],
+    ),
+    "handover above a nearer end": (
+        lambda: Evidence(two_ends({"event": Event.FOLD, "distance": -1.0}, {**HANDOVER, "distance": 4.5})),
+        ["Stable inclination: below 52.4° (above it: period doubling)"],
+    ),
+    "less margin to use than required": (
+        lambda: replace(
+            affected(
+                LeftOut.RESTITUTION_BOTTOM, -0.05, value=0.65, event=Event.FOLD, moved=0.02, relative=0.03, left=0.04
+            ),
+            criteria=(required(passed=True),),
+        ),
+        [
+            "It runs; the margin to use is less than required.",
+            "All requirements are met (1), but the margin by rigid impacts alone: margin_with_effects_percent requires "
+            "more.",
+        ],
+    ),
+    "two motions": (
+        lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36)),
+        ["It runs; the margin is small.", "Increase the restitution at the bottom for more margin."],
+    ),
+    "another beside": (
+        lambda: Evidence(solved("inclined"), atlas=followed("BT", "BBT")),
+        ["Also stable here: BBT."],
+    ),
+    "light ball": (
+        lambda: Evidence(solved("inclined", device__ball_mass_kg=1e-7)),
+        ["It runs, with margin.", "Mean voltage: 45.4 V (by the paper’s formulae)"],
+    ),
+    "no ball mass": (
+        lambda: Evidence(solved("inclined", device__ball_mass_kg=None)),
+        ["Mean voltage: not evaluated (needs device.ball_mass_kg)"],
+    ),
+    "more energy than is lost": (
+        lambda: Evidence(solved("inclined", **film(bias_voltage_v=6000.0))),
+        [
+            "No device does this: its voltage takes more energy than the impacts lose.",
+            "Lower the bias voltage: it takes 124 % of the energy that the impacts lose.",
+            "Mean voltage: impossible (by the paper’s formulae: 129 kV)",
+        ],
+    ),
+    "beyond breakdown": (
+        lambda: Evidence(solved("inclined", **film(breakdown_field_v_m=1e7))),
+        [
+            "It runs, but its voltage breaks the membranes down.",
+            "The field is 5.68 times the breakdown field: take a thicker membrane.",
+        ],
+    ),
+    "a pair of valid voltages": (
+        lambda: Evidence(solved("horizontal", inclination_deg=1.0, device__length_m=0.36, device__ball_mass_kg=1e-7)),
+        ["Mean voltage: 29.8 V to 29.9 V (by the paper’s formulae)"],
+    ),
+    "compliant, unstable": (
+        lambda: compliant(motion=thing(stable=False, contact_share=0.02), margin_gone=True),
+        [
+            "It runs with rigid membranes, but not with membranes as soft as these.",
+            "Contacts last 2 % of a period: take stiffer membranes or a lighter ball.",
+            "Margin to use: none (with soft membranes)",
+        ],
+    ),
+    "compliant, not found": (
+        lambda: compliant(motion=None, absence=thing(missing="not found", reason="at K: no root")),
+        [
+            "It runs with rigid membranes; with soft ones is not known.",
+            "Contacts are long: take stiffer membranes or a lighter ball.",
+        ],
+    ),
+    "compliant, a lost end": (
+        lambda: compliant(compliant=None, compliant_margin=None, why=thing(missing="lost", reason="it falls back")),
+        [
+            "It runs; the margin with soft membranes is not known.",
+            "Margin, rigid membranes: 4.7 % in frequency (with soft ones not known)",
+        ],
+    ),
+    "compliant, no margin": (
+        lambda: compliant(compliant_margin=-0.01),
+        ["Increase the frequency for more margin, or take stiffer membranes."],
+    ),
+    "unresolved": (
+        lambda: Evidence(
+            at_design(solved("inclined"), unresolved_inputs=(DesignInput.LENGTH, DesignInput.RESTITUTION))
+        ),
+        [
+            "It runs; the margin is not known.",
+            "Not resolved: where stable motion ends in length, restitution.",
+            "Margin to use: not known (rounding hides the end)",
+        ],
+    ),
+    "endless": (
+        lambda: Evidence(at_design(solved("inclined"), margins=())),
+        ["Margin to use: not limited (stable motion ends nowhere)"],
+    ),
+    "an unlabelled end of grazing": (
+        lambda: Evidence(with_end(solved("inclined"), event=Event.GRAZING, label="", distance=1.5, relative=None)),
+        ["Margin to use: 1.5° in inclination (ends at 46.5°)"],
+    ),
+    "ends on both sides": (
+        lambda: Evidence(two_ends({"distance": -0.6, "relative": -0.013}, {"distance": 1.7, "relative": 0.038})),
+        ["Change another input than the inclination for more margin."],
+    ),
+    "an end on the other side that is far": (
+        lambda: Evidence(two_ends({"distance": 0.6, "relative": 0.013}, {"distance": -1.9, "relative": -0.042})),
+        ["Reduce the inclination for more margin."],
+    ),
+    "recoil that leaves little": (
+        lambda: affected(LeftOut.CAPSULE, left=0.011),
+        [
+            "Increase the frequency for more margin, or compute with a capsule that recoils.",
+            "Margin to use: 1.1 % in frequency (with a capsule that recoils)",
+        ],
+    ),
+    "a membrane that leaves nothing": (
+        lambda: affected(LeftOut.RESTITUTION_TOP, 0.05, left=-0.02),
+        [
+            "Increase the frequency for more margin, or measure the restitution at the top.",
+            "Margin to use: none (with a top membrane that rebounds 5 % more)",
+        ],
+    ),
+    "friction that ends it": (
+        lambda: affected(LeftOut.FRICTION, 0.05, absence=Unmoved.NOT_STABLE),
+        [
+            "Measure the friction of the ball: stable motion hangs on it.",
+            "Margin to use: none (with friction of 0.05 on the ball)",
+        ],
+    ),
+    "requirements": (
+        lambda: Evidence(solved("inclined"), criteria=(required(False), required(False), required(True, "SHAKER"))),
+        ["It runs, but does not meet its requirements.", "Requirements not met, 2 of 3: Margin; Margin."],
+    ),
+    "simulated": (
+        lambda: Evidence(solved("inclined"), check(orbits=1)),
+        ["15 of 20 random starts come to this motion."],
+    ),
+    "contradicted": (
+        lambda: Evidence(solved("inclined"), check(passed=False, misses=(1, 2), share=None)),
+        [
+            "Not verified: the simulation contradicts the solution.",
+            "The simulation departs from 2 of 9 stable motions: do not act on these numbers.",
+        ],
+    ),
+}
+
+
+def at_design(solution, **changed: object):
+    return replace(solution, design=replace(solution.design, **changed))
+
+
+def affected(left_out: LeftOut, size: float = 0.0, **of: object) -> Evidence:
+    """The inclined capsule with one neglected effect."""
+    solution = solved("inclined")
+    (end, *_), shift = solution.design.limits(), Shift(Effect(left_out, size), **of)
+    return Evidence(solution, effects=Shifts(end, (shift,)))
+
+
+def with_end(solution, **of: object):
+    """A solution whose stable motion ends at one point only."""
+    return at_design(solution, margins=(margin_with(of),))
+
+
+def two_ends(*ends: dict[str, object]):
+    """A solution of symmetric motions with two margins."""
+    solution = solved("design-point", inclination_deg=0.0)
+    return at_design(solution, margins=tuple(margin_with({"relative": 0.1, "label": ""} | end) for end in ends))
+
+
+def margin_with(of: dict[str, object]) -> SimpleNamespace:
+    end = {
+        "parameter": DesignInput.INCLINATION,
+        "point": thing(d=0.5),
+        "ends_stability": True,
+        "taken_over": False,
+        "sweep_value": 46.5,
+        "name": "grazing point",
+    }
+    relative = of.get("relative")
+    return thing(size=abs(relative) if isinstance(relative, float) else inf, **end | of)
+
+
+@pytest.mark.parametrize("name", OPENINGS)
+def test_an_opening_is_worded(name: str, taken) -> None:
+    make, lines = OPENINGS[name]
+    worded = opening_of(verdict_of(make())).worded()
+    text = [line.replace("\u00a0", " ") for line in worded.text]
+    assert [line for line in lines if line not in text] == []
+    assert len(worded.sentence.split()) <= 15
+    numbers = [part for tile in worded.tiles for part in (tile.value, tile.remark) if any(map(str.isdigit, part))]
+    assert [number for number in numbers if any(number in line for line in worded.text[: 1 + len(worded.facts)])] == []
+    assert len(worded.facts) <= 4
+    assert len(worded.tiles) <= 4
+    for line in text:
+        assert not re.search(r" [.,;]|\.\.|,,|\bnan\b|\binf\b|{", line)
+
+
+FREQUENCY = thing(quantity="frequency", show=lambda value, error: f"{value:g} Hz")
+ANGLE = thing(quantity="inclination", show=lambda value, error: f"{print_rounded(value, error)}°")
+USE = thing(relative=0.0123, parameter=FREQUENCY)
+AT_2_HZ = thing(evidence=thing(solution=thing(device=thing(frequency_hz=2.0))))
+PLACED = thing(place=lambda end: "1.91 Hz", end_shown=lambda part, side: ("1.5 Hz", "2.5 Hz")[side], inequality=str)
+PART = thing(parameter=FREQUENCY, start_point=thing(event=Event.FOLD), end_point=thing(event=Event.GRAZING))
+OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("word", (thing(word="Stable"),), "Stable"),
+    ("title_horizontal", ("0.7 m", "0°"), "Horizontal capsule, length 0.7 m"),
+    ("title_inclined", ("0.7 m", "45°"), "Capsule at 45°, length 0.7 m"),
+    ("title_upright", ("0.7 m", "90°"), "Upright capsule, length 0.7 m"),
+    ("driven", ("3 N", "2 Hz"), "force 3 N at 2 Hz"),
+    ("end_unknown", ("It runs",), "It runs; where that ends with soft membranes is not known."),
+    ("stretched_far", ("It runs",), "It runs; a membrane stretches farther than has been demonstrated."),
+    ("stable_in_sweep", (PLACED, "1 m < s"), "It runs for 1 m < s."),
+    ("alert", (thing(code="VR009", title="The result is sensitive"),), "VR009: The result is sensitive."),
+    (
+        "not_reproduced",
+        (thing(periods=9),),
+        "A simulation of 9 periods does not return to this motion: do not act on these numbers.",
+    ),
+    ("starts_end_in", (thing(name="BBT", count=5), 8), "Of 8 simulated starts 5 end in BBT."),
+    ("ends_at_rest_without_period", (None,), "stays at rest"),
+    ("ends_one_to_one", (None,), "comes to a 1:1 motion"),
+    ("ends_other_motion_without_period", (None,), "comes to another motion"),
+    ("ends_rest_cycle_without_period", (None,), "keeps coming to rest, at irregular times"),
+    ("ends_undecided_without_period", (None,), "comes to a motion that rounding decides"),
+    ("look_elsewhere", (), "Change another input: vireport map shows where 1:1 motion is stable."),
+    ("increase", (USE,), "Increase the frequency for more margin"),
+    ("reduce", (USE,), "Reduce the frequency for more margin"),
+    ("change_another", (USE,), "Change another input than the frequency for more margin"),
+    ("margin_small_rigid", ("Go on",), "Go on."),
+    ("margin_small_compliant", ("Go on",), "Go on, or take stiffer membranes."),
+    ("margin_small_effect", ("Go on", "look"), "Go on, or look."),
+    ("lost_by_effect", ("look closely",), "Look closely: stable motion hangs on it."),
+    ("check_restitution_bottom", (), "measure the restitution at the bottom"),
+    ("check_restitution_top", (), "measure the restitution at the top"),
+    ("check_capsule", (), "compute with a capsule that recoils"),
+    ("check_capsule_prescribed", (), "compute with a capsule that does not recoil"),
+    ("check_second_harmonic", (), "measure the harmonics of the force"),
+    ("check_restitution_speed", (), "measure the restitution at several speeds"),
+    ("check_friction", (), "measure the friction of the ball"),
+    (
+        "extrapolated",
+        (thing(depth_m=0.0192, area_ratio=5.27),),
+        "The ball presses the membranes 19 mm deep and stretches them to 5.3 times their area: test them at that "
+        "stretch.",
+    ),
+    ("with_restitution_bottom", (0.05,), "a bottom membrane that rebounds 5 % less"),
+    ("with_restitution_bottom_more", (0.05,), "a bottom membrane that rebounds 5 % more"),
+    ("with_restitution_top", (0.05,), "a top membrane that rebounds 5 % less"),
+    ("with_restitution_top_more", (0.05,), "a top membrane that rebounds 5 % more"),
+    ("with_capsule", (0.0,), "a capsule that recoils"),
+    ("with_capsule_prescribed", (0.0,), "a capsule that does not recoil"),
+    ("with_second_harmonic", (0.02,), "a second harmonic of 2 % in the force"),
+    ("with_restitution_speed", (0.1,), "a rebound that weakens with speed"),
+    ("with_friction", (0.05,), "friction of 0.05 on the ball"),
+    ("tile_above_of_input", (PLACED, PART), "Stable frequency | above 1.5 Hz | below it: fold"),
+    ("tile_below_of_input", (PLACED, PART), "Stable frequency | below 2.5 Hz | above it: grazing"),
+    ("tile_throughout_of_input", (PLACED, PART), "Stable frequency | any | as far as it was followed"),
+    ("tile_below_of_sweep", (PLACED, PART), "Stable frequency | below 2.5 Hz | from 1.5 Hz, the start of the sweep"),
+    (
+        "tile_ranges",
+        (thing(inequality=lambda part: "1 Hz < f"), (PART, PART)),
+        "Stable frequency | in 2 ranges | the first: 1 Hz < f",
+    ),
+    ("room", (thing(relative=0.0123, parameter=FREQUENCY),), "1.2 % in frequency"),
+    ("room_absolute", (thing(parameter=ANGLE, end=thing(distance=-0.79)),), "0.79° in inclination"),
+    ("room_gone", (None,), "none"),
+    ("room_endless", (), "not limited"),
+    ("room_not_known", (), "not known"),
+    ("limited_by_rigid", (), "rigid impacts"),
+    ("limited_by_rigid_only", (), "rigid impacts; with soft membranes not known"),
+    ("limited_by_compliant", (), "soft membranes"),
+    ("limited_by_effect", ("a small effect",), "a small effect"),
+    ("limited_by_rounding", (), "rounding hides the end"),
+    ("limited_by_nothing", (), "nothing"),
+    ("tile_margin_effect", (USE, "a small effect"), "Margin to use | 1.2 % in frequency | with a small effect"),
+    ("tile_margin_none_effect", (USE, "a large effect"), "Margin to use | none | with a large effect"),
+    ("tile_margin_soft", (USE,), "Margin to use | 1.2 % in frequency | with soft membranes"),
+    ("tile_settles_agrees", (AT_2_HZ, thing(settles_after=23)), "From rest | 23 periods | 12 s; a simulation agrees"),
+    ("tile_settles_alone", (AT_2_HZ, thing(settles_after=23)), "From rest | 23 periods | 12 s until it has settled"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), OPENING_SAID, ids=[row[0] for row in OPENING_SAID])
+def test_a_macro_of_openings_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("opening", macro, *given).replace("\u00a0", " ") == text
+
+
+COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    *(
+        (f"best_{merit}", ("a", "b"), f"Best: a{text}.")
+        for merit, text in (
+            ("requirements", ", with the fewest requirements missed"),
+            ("stability", "; the next, b, is not stable"),
+            ("from_rest", ", reached from rest"),
+            ("recovery", "; disturbances die out soonest"),
+            ("shock", ", withstanding the largest bumps"),
+            ("margin", ", with the largest margin to use"),
+            ("margin_rigid", ", by its margin with rigid membranes"),
+            ("range", ", with the widest stable range"),
+            ("voltage", ", with the highest voltage at equal margin"),
+            ("rate", ", with the most voltage per second"),
+        )
+    ),
+    ("equally_good", ("a and b",), "Equally good: a and b."),
+    ("none_stable", (), "None is stable at its design point or in its sweep."),
+    ("word_best", ("a",), "Best: a"),
+    ("word_none_stable", (), "No stable motion"),
+    ("why_requirements", ("1 of 2", "b", "2 of 2"), "Requirements missed: 1 of 2; by the next, b, 2 of 2."),
+    ("why_from_rest", ("BT", "b", "BBT"), "It starts by itself; the next, b, comes to BBT."),
+    (
+        "why_recovery",
+        ("9 periods", "b", "12 periods"),
+        "A small disturbance dies out in 9 periods; in the next, b, in 12 periods.",
+    ),
+    ("why_shock", ("2 m/s", "b", "1 m/s"), "It withstands bumps of 2 m/s; the next, b, 1 m/s."),
+    ("why_margin", ("5 % in force", "b", "none"), "Margin to use of the next, b: none."),
+    ("why_range", ("1 m < s", "b", "2 m < s"), "Stable for 1 m < s; the next, b: 2 m < s."),
+    ("why_voltage", ("2 kV", "b", "1 kV"), "Mean voltage of the next, b: 1 kV."),
+    ("why_rate", ("2 kV/s", "b", "1 kV/s"), "Voltage per second 2 kV/s; of the next, b, 1 kV/s."),
+    (
+        "traded_voltage",
+        ("b", "3 kV", "+50 %", "none"),
+        "The highest mean voltage is that of b: 3 kV (+50 %), margin none.",
+    ),
+    (
+        "traded_rate",
+        ("b", "3 kV/s", "+50 %", "none"),
+        "The most voltage per second is that of b: 3 kV/s (+50 %), margin none.",
+    ),
+    ("lacking", (["not stable: a", "margin small: b"],), "Not stable: a; margin small: b."),
+    ("of", ("not stable", "a and b"), "not stable: a and b"),
+    *(
+        (f"lacks_{conclusion}", (), text)
+        for conclusion, text in (
+            ("not_verified", "contradicted by the simulation"),
+            ("not_stable", "not stable"),
+            ("not_settable", "range too narrow to be set"),
+            ("not_met", "requirements missed"),
+            ("more_energy_than_lost", "more energy than the impacts lose"),
+            ("breakdown", "above the breakdown field"),
+            ("other_motion", "not 1:1"),
+            ("not_compliant", "lost with soft membranes"),
+            ("not_from_rest", "does not start by itself"),
+            ("from_rest_unknown", "start from rest not known"),
+            ("compliant_unknown", "soft membranes not known"),
+            ("margin_unknown", "margin not known"),
+            ("margin_rigid", "margin with soft membranes not known"),
+            ("margin_short", "margin to use less than required"),
+            ("margin_small", "margin small"),
+            ("stretched_far", "stretched farther than demonstrated"),
+            ("end_unknown", "end with soft membranes not known"),
+            ("stable", "stable"),
+        )
+    ),
+    ("of_them", (3, 4), "3 of 4"),
+    ("periods", ("9",), "9 periods"),
+    ("more_than", ("2 m/s",), "more than 2 m/s"),
+    ("not_known", (), "not known"),
+    ("all", (), "all"),
+    ("ranking", (), "Ranking, the best first"),
+    *(
+        (f"head_{column}", (), text)
+        for column, text in (
+            ("scenario", "Scenario"),
+            ("rank", "Rank"),
+            ("verdict", "Verdict"),
+            ("requirements", "Requirements"),
+            ("from_rest", "From rest"),
+            ("recovery", "Recovery"),
+            ("shock", "Least shock"),
+            ("margin", "Margin to use"),
+            ("limited_by", "Limited by"),
+            ("range", "Stable range"),
+            ("voltage", "Mean voltage"),
+            ("rate", "Per second"),
+        )
+    ),
+    ("verdict", (["not stable", "margin small"],), "Not stable; margin small"),
+    ("by_from_rest", (), "reached from rest"),
+    ("by_recovery", (), "recovery"),
+    ("by_shock", (), "least shock"),
+    (
+        "ranked_by",
+        (["recovery", "least shock"],),
+        "Ranked by requirements missed, stable 1:1 motion, recovery, least shock, margin to use and voltage. The "
+        "margin to use is the least of what rigid impacts, soft membranes and neglected effects leave. The mean "
+        "voltage is U_ave of the stable motion at the design point, by the paper's formulae; of several motions it is "
+        "the least. The voltage per second is the sum over the impacts of a second.",
+    ),
+    ("no_design_point", ("a and b",), "No design point, and so no margin to compare: a and b."),
+    ("no_ball_mass", ("a and b",), "No device.ball_mass_kg, and so no voltage to compare: a and b."),
+    ("margins", (), "Margins in each input, by rigid impacts"),
+    (
+        "distances",
+        (),
+        "Distance from the design point to the first point at which the stable motion ends, also where another takes "
+        "over, over the design value: B period doubling, C fold or pitchfork, G grazing. From an inclination of 0° the "
+        "distance is in degrees.",
+    ),
+    ("title", ("a and b",), "Comparison of a and b"),
+    ("scenarios", (5,), "5 scenarios"),
+    ("count", (3, 9), "3 of 9 quantities differ"),
+    ("critical_points", (), "Critical points"),
+    ("quantities", (), "Stable ranges, margins and voltages"),
+    ("quantities_heads", (), "Quantity | Difference"),
+    ("of_scenarios", ("Critical points", "a and b"), "Critical points: a and b"),
+    ("noted", ("1.5", "B1"), "1.5 (B1)"),
+    ("sweep_end", (), "sweep"),
+    ("only_some", (), "only some"),
+    ("other_type", (), "type"),
+    ("dash", ("no sweep", "a and b"), "no sweep (a and b)"),
+    ("dashes", (["no sweep (a)", "no design point (b)"],), "A dash: no sweep (a); no design point (b)."),
+    ("settings", (), "Values that are not the same in all scenarios"),
+    ("alerts", (), "Alerts of the scenarios"),
+    ("alerts_heads", (), "Code | Severity | Alert | Scenarios"),
+    ("causes", (), "The report of a scenario by itself has the cause with its numbers, and the remedy."),
+    ("figure_of", ("figure-2", "a and b"), "Figure-2 of a and b"),
+    ("has_no_sweep", (), "it has no sweep"),
+    ("has_no_ball_mass", (), "device.ball_mass_kg is not given"),
+    ("overlay_title", (), "All scenarios on one axis"),
+    ("over", ("length",), "Over the length"),
+    ("over_d", (), "Over d, as the sweeps are of different parameters"),
+    (
+        "overlay_caption",
+        ("Over d",),
+        "Over d: impact velocity at the bottom and U_ave of the branches with stable motion, numbered as ranked.",
+    ),
+    (
+        "overlay_caption_remarks",
+        ("Over d", ["not drawn: a", "no voltages: b"]),
+        "Over d: impact velocity at the bottom and U_ave of the branches with stable motion, numbered as ranked. Not "
+        "drawn: a; no voltages: b.",
+    ),
+    ("not_drawn", ("a and b",), "not drawn: a and b"),
+    ("no_stable_voltage", ("a and b",), "no voltages where there is no stable motion: a and b"),
+    ("stable_range", ("a", "1 m < s"), "a: 1 m < s"),
+    (
+        "overlay_alt",
+        (2, "Over d", ["a: 1 m < s", "b: s < 2 m"]),
+        "Line charts of 2 scenarios. Over d: impact velocity on the bottom membrane, and U_ave by the paper's formulae"
+        ", of the branches with stable 1:1 motion, or of all where none is stable, numbered as they are ranked. Stable "
+        "ranges: a: 1 m < s; b: s < 2 m.",
+    ),
+    ("panels_alone", ("Velocities", ["f = 2 Hz", "(a) a: F = 3 N"]), "Velocities. f = 2 Hz; (a) a: F = 3 N."),
+    (
+        "panels_shared",
+        ("Velocities", ["(a) a: F = 3 N", "(b) b: F = 4 N"]),
+        "Velocities, on axes that the panels of a row share. (a) a: F = 3 N; (b) b: F = 4 N.",
+    ),
+    ("column", ("(a)–(c)", "a", ["F = 3 N", "s from 1 m"]), "(a)–(c) a: F = 3 N, s from 1 m"),
+    ("panels_alt", ("2 columns", "1 panel", ["A: up.", "B: down."]), "2 columns of 1 panel. A: up. B: down."),
+    ("one_column", (1,), "1 column"),
+    ("columns", (4,), "4 columns"),
+    ("one_panel", (1,), "1 panel"),
+    ("panels", (3,), "3 panels"),
+    ("column_alt", ("inclined", "Line charts."), "Inclined: Line charts."),
+]
+
+
+CHANGES_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("listed", (["a", "b"], "c"), "a, b and c"),
+    ("listed_apart", (["a, b", "c"], "d"), "a, b; c; and d"),
+    ("number", ("2 m", "a and b"), "2 m for a and b"),
+    ("number_with_note", ("2 m", "a and b", "B1"), "2 m for a and b (B1)"),
+    ("groups", (["2 for a", "3 for b"],), "2 for a; 3 for b"),
+    ("equals", ("s", "2 m for a"), "s = 2 m for a"),
+    ("from_to", ("1 m for a", "2 m for b"), "from 1 m for a to 2 m for b"),
+    ("symbol_from_to", ("s", "1 m for a", "2 m for b"), "s from 1 m for a to 2 m for b"),
+    ("apart", ("1 m for a and 2 m for b", "50 %"), "1 m for a and 2 m for b (50 % apart)"),
+    ("others", (7,), "the 7 others"),
+    ("compared", ("stable range from", "1 m for a"), "Stable range from: 1 m for a."),
+    (
+        "compared_lacking",
+        ("stable range from", "1 m for a", "no stable range for", "b and c"),
+        "Stable range from: 1 m for a; no stable range for b and c.",
+    ),
+    ("the_baseline", (), "the baseline"),
+    ("new", ("stable range from", "1 m"), "stable range from: new, 1 m."),
+    ("gone", ("stable range from", "1 m"), "stable range from: gone, was 1 m."),
+    ("moved", ("alert", "note", "warning"), "alert: note to warning."),
+    ("moved_by", ("stable range from", "1 m", "2 m", "+100 %"), "stable range from: 1 m to 2 m (+100 %)."),
+    ("nothing", (), "none"),
+    ("in_group", ("stable range", "stable range from: new, 1 m."), "stable range: stable range from: new, 1 m."),
+    ("one_change", ("old.json",), "1 change since old.json"),
+    ("changes", (3, "old.json"), "3 changes since old.json"),
+    ("no_change", ("old.json",), "No change beyond tolerance since old.json"),
+    ("heads", (), "Group | What | Before | Now | Change"),
+    (
+        "tolerance",
+        ("1 × 10⁻⁶",),
+        "Numbers are the same within a relative difference of 1 × 10⁻⁶ and their error bounds.",
+    ),
+    ("identical", ("old.json",), "identical to the results in old.json"),
+    ("one_not_identical", ("old.json", ["a.b"]), "not identical to the results in old.json: 1 value (a.b)"),
+    (
+        "not_identical",
+        ("old.json", 3, ["a.b", "c", "d"]),
+        "not identical to the results in old.json: 3 values (a.b, c, d)",
+    ),
+]
+
+
+QUANTITIES_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("stable_motion", (), "stable 1:1 motion at the design point"),
+    ("stable_motions", (), "stable 1:1 motions at the design point"),
+    ("from_rest", (), "from rest"),
+    ("recovery", (), "time until 1 % of a small disturbance is left"),
+    ("least_shock", (), "least shock that leads out of the motion"),
+    ("design_voltage", (), "U_ave of the stable motion at the design point"),
+    ("highest_voltage", (), "highest U_ave over the stable range"),
+    ("lowest_voltage", (), "lowest U_ave over the stable range"),
+    ("critical_point", ("B1", "period doubling", "asymmetric"), "B1, period doubling of the asymmetric motion"),
+    ("range_from", (), "stable range from"),
+    ("range_to", (), "stable range to"),
+    ("numbered_range_from", (2,), "stable range 2 from"),
+    ("numbered_range_to", (2,), "stable range 2 to"),
+    ("margin_below", ("fold", "r"), "margin from the design point to the fold below, in r"),
+    ("margin_above", ("fold", "r"), "margin from the design point to the fold above, in r"),
+    ("of_family", ("margin", "asymmetric"), "margin, of the asymmetric motion"),
+    ("in_symbol", ("stable range from", "d"), "stable range from, d"),
+    ("of_baseline", ("B1",), "B1 of the baseline"),
+    ("measured", ("impact velocity", "bottom"), "measured impact velocity at the bottom"),
+    ("computed", ("impact velocity", "bottom"), "computed impact velocity at the bottom"),
+    ("measured_less_computed", ("impact velocity", "top"), "measured less computed impact velocity at the top"),
+    ("velocity_m_s", (), "impact velocity"),
+    ("velocity", (), "impact velocity over F/(2 M f)"),
+    ("phase_rad", (), "phase of the impact"),
+    ("flight_t_c", (), "flight time after the impact times 2 f"),
+    ("no_sweep", (), "no sweep"),
+    ("no_design_point", (), "no design point"),
+    ("no_ball_mass", (), "device.ball_mass_kg is not given"),
+    ("holds_d", (), "the sweep holds d"),
+    ("sweeps", ("length",), "sweeps the length"),
+    ("no_motion", (), "no stable 1:1 motion"),
+    ("no_motion_at_design", (), "no stable 1:1 motion at the design point"),
+    ("no_motion_in_sweep", (), "no stable 1:1 motion in the sweep"),
+    ("nothing_measured", (), "nothing measured there"),
+    ("ends_no_range", (), "does not end the stable range"),
+    ("no_end", (), "no critical point ends the stable range"),
+    ("no_point", (), "none in the sweep"),
+    ("no_further_range", (), "no further stable range"),
+    ("no_shock_up_to", ("6.4",), "none found up to 6.4 m/s"),
+    ("standard_error", ("0.003",), "standard error 0.003"),
+    ("of_another_record", (), "of another scenario's record"),
+    ("least_of", (2,), "the least of 2"),
+    ("none_for", (), "none for"),
+    ("no_motion_there_for", (), "no stable motion there for"),
+    ("no_motion_for", (), "no stable motion for"),
+    ("no_point_for", (), "none in the sweep for"),
+    ("no_range_for", (), "no stable range for"),
+    ("no_such_range_for", (), "no such stable range for"),
+]
+
+
+MISSED = thing(
+    title="U_ave", limit=thing(text="at least 900 V"), outcome=thing(text="800 V"), margin_text="-100 V", key="u_ave"
+)
+OPTIMISE_SAID: list[tuple[str, tuple[object, ...], str]] = [
+    ("largest", (), "largest"),
+    ("smallest", (), "smallest"),
+    ("best", (["length 1 m", "frequency 2 Hz"],), "Best: length 1 m, frequency 2 Hz."),
+    ("best_of_many", (["a 1", "b 2", "c 3", "d 4"],), "Best: 4 inputs, in the table."),
+    ("none_meets", (), "No design found in these ranges meets the requirements."),
+    ("none_judged", (), "None of the designs judged meets the requirements; whether another does is open."),
+    ("none_stable", (), "No design with a stable 1:1 motion was found in these ranges."),
+    ("word_none", (), "No design found"),
+    (
+        "limits",
+        (["at the upper limit of length_m", "at the lower limit of frequency_hz"],),
+        "At the upper limit of length_m, at the lower limit of frequency_hz: a wider range may hold a better design.",
+    ),
+    ("at_upper", ("length_m",), "at the upper limit of length_m"),
+    ("at_lower", ("length_m",), "at the lower limit of length_m"),
+    ("large", (), "large"),
+    ("small", (), "small"),
+    (
+        "tile_objective",
+        (thing(words="stroke"), "0.3 m", "small"),
+        "Stroke | 0.3 m | as small as the requirements let it be",
+    ),
+    ("shortcoming", ("no design x",), "No design x."),
+    (
+        "none_stable_in_ranges",
+        (),
+        "no design with a stable 1:1 motion was found in the ranges (more design.cells are a finer grid)",
+    ),
+    ("none_found", (["a", "b"],), "no design found in the ranges meets the requirements; the nearest fails a; b"),
+    (
+        "none_of_judged",
+        (4, 64, ["a", "b"]),
+        "none of the 4 designs judged, of 64 candidates on the grid, meets the requirements, and whether another does "
+        "is open; the nearest fails a; b",
+    ),
+    ("missed", (MISSED,), "U_ave (at least 900 V): 800 V"),
+    ("missed_by", (MISSED,), "U_ave (at least 900 V): 800 V (margin -100 V)"),
+    ("tolerances_open", (0.04,), "tolerances: not proved for 4 % of their volume"),
+    (
+        "tolerances_end",
+        (["length 1 m", "frequency 2 Hz"], 0.4),
+        "tolerances: towards length 1 m, frequency 2 Hz stable motion ends at 40 % of them",
+    ),
+    ("does_not_repeat", (1e-3,), "Reached from rest: only at these very numbers, not 0.1 % beside them"),
+    ("table_best", (), "The best design"),
+    ("table_nearest", (), "The nearest design"),
+    (
+        "rounded",
+        (),
+        "Rounded so that it can be built and still meets all requirements; unrounded.yaml has it as it was found.",
+    ),
+    ("not_rounded", (), "Not rounded: no rounded design that was tried nearby meets all requirements."),
+    ("input", ("length", "1 m"), "length 1 m"),
+    ("heads", (), "Input | Value | In the scenario | From | To | At its limit"),
+    ("in_unit", ("mean electrical power", "mW"), "mean electrical power [mW]"),
+    ("lower", (), "lower limit"),
+    ("upper", (), "upper limit"),
+    ("inside", (), "no"),
+    ("usual", (["a", "b"],), "Also required, as the scenario does not say otherwise: a; b."),
+    ("usual_number", (MISSED, MISSED.limit), "U_ave at least 900 V (u_ave)"),
+    ("usual_held", (MISSED, None), "U_ave (u_ave)"),
+    ("proved", ("0.1 %",), "No design in these ranges is better by more than 0.1 %: proved."),
+    ("proved_best", (), "No design in these ranges is better: proved."),
+    ("on_grid", ("900",), "None of 900 designs on a grid is better."),
+    ("on_grid_by", ("900", "0.2 %"), "None of 900 designs on a grid is better by more than 0.2 %."),
+    ("elsewhere", (2,), "Parts of the ranges, between designs of the grid, that may hold a better one: 2."),
+    ("not_judged", (7,), "Designs of the grid that may be better, or meet the requirements, and were not judged: 7."),
+    ("widest", ("9 %",), "No design of the grid that meets the limits has a margin of 9 %."),
+    (
+        "none_tolerates",
+        ("25 %",),
+        "No design of the grid keeps stable motion at all corners of 25 % of the tolerances.",
+    ),
+    ("yielding", ("25 %",), "For the required yield, motion must be stable at all corners of 25 % of the tolerances."),
+    ("front_title", (), "What margin costs"),
+    ("front_table", ("stroke", "smallest"), "What margin costs: the smallest stroke for each smallest margin"),
+    ("front_margin", (), "margin [%]"),
+    ("front_cost", (), "cost of 1 %"),
+    (
+        "front_caption",
+        ("stroke", "smallest", "2 to 9 %"),
+        "The smallest stroke against the smallest margin to the end of stable motion, in whichever input that is. Each "
+        "point is the best design with that margin, from 2 to 9 %.",
+    ),
+    (
+        "front_alt",
+        ("stroke", "smallest", "2 to 9 %", "1 m", "3 m"),
+        "Line chart. With smallest margins of 2 to 9 % the smallest stroke goes from 1 m to 3 m.",
+    ),
+    ("front_along", (), "smallest margin to the end of stable motion, in any input [%]"),
+    ("front_costs", ("1 to 3", "V"), "1 % of margin costs 1 to 3 V"),
+    ("front_required", (), "dashed: the margin that is required"),
+]
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), OPTIMISE_SAID, ids=[row[0] for row in OPTIMISE_SAID])
+def test_a_macro_of_searches_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("optimise", macro, *given).replace("\u00a0", " ") == text
+
+
+def test_every_macro_of_searches_is_said_above() -> None:
+    assert macros_of("optimise") == {macro for macro, *_ in OPTIMISE_SAID}
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), COMPARE_SAID, ids=[row[0] for row in COMPARE_SAID])
+def test_a_macro_of_comparisons_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("compare", macro, *given).replace("\u00a0", " ") == text
+
+
+def test_every_macro_of_comparisons_is_said_above() -> None:
+    named = macros_of("compare")
+    assert named == {macro for macro, *_ in COMPARE_SAID}
+    assert named >= {f"lacks_{conclusion.name.lower()}" for conclusion in Conclusion}
+    assert named >= {f"best_{merit}" for merit in Merit}
+    assert named >= {f"head_{merit}" for merit in RANKING_COLUMNS} | {f"by_{merit}" for merit in RANK_BY.values()}
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), CHANGES_SAID, ids=[row[0] for row in CHANGES_SAID])
+def test_a_macro_of_changes_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("changes", macro, *given) == text
+
+
+def test_every_macro_of_changes_is_said_above() -> None:
+    assert macros_of("changes") == {macro for macro, *_ in CHANGES_SAID}
+
+
+@pytest.mark.parametrize(("macro", "given", "text"), QUANTITIES_SAID, ids=[row[0] for row in QUANTITIES_SAID])
+def test_a_macro_of_compared_quantities_says(macro: str, given: tuple[object, ...], text: str, taken) -> None:
+    assert said("quantities", macro, *given) == text
+
+
+def test_every_macro_of_compared_quantities_is_said_above() -> None:
+    named = {macro for macro, *_ in QUANTITIES_SAID}
+    assert macros_of("quantities") == named
+    assert named >= {name for name, _ in MEASURED_QUANTITIES}
+
+
+def test_every_conclusion_has_its_sentence() -> None:
+    sentences = [said("opening", conclusion.name.lower(), "It runs") for conclusion in Conclusion]
+    assert len(set(sentences)) == len(Conclusion)
+    assert max(len(sentence.split()) for sentence in sentences) <= 14
+
+
+def test_every_macro_of_openings_is_said_above() -> None:
+    """Word by word: what no line above holds could be reworded unseen."""
+    named = set(re.findall(r"macro (\w+)\(", (TEMPLATES / "words" / "opening.j2").read_text(encoding="utf-8")))
+    told = {macro for macro, *_ in OPENING_SAID}
+    for make, _ in OPENINGS.values():
+        opening = opening_of(verdict_of(make()))
+        rows = [opening.sentence, *(fact.said for fact in opening.facts), *(tile.said for tile in opening.tiles)]
+        told |= {row.macro for row in rows} | {
+            part.macro for row in rows for part in row.values if isinstance(part, Said)
+        }
+    assert named - told == set()
+
+
+LENGTH = Parameter.LENGTH
+HELD = ["F = 3 N", "r = 0.5"]
+ALONG = {
+    "held": HELD,
+    "range": "s from 0.5 m to 0.6 m",
+    "swept": LENGTH,
+    "ranges": [],
+    "points": [],
+    "exactness": OF_A_MODEL,
+    "kinds": [],
+    "extents": [],
+    "mirrored": False,
+    "level": False,
+    "doubled": [],
+    "from_rest": None,
+    "unit_m_s": None,
+    "largest": None,
+    "ball_mass_kg": 0.0041,
+    "bias_v": 2000.0,
+    "simulated": None,
+    "measured": "",
+}
+"""What figures 2, 4 and 7 show where there is nothing to be said."""
+
+WITH_ALL = ALONG | {
+    "kinds": [Event.NODE_FOCUS, Event.PERIOD_DOUBLING],
+    "doubled": ["BTBT"],
+    "mirrored": True,
+    "simulated": Circles(8, 1, False),
+    "from_rest": 0.862,
+}
+
+SPEEDS = [Extent("speed", 0.5, 1.2345, where="bottom"), Extent("phase", 1e-9, 3.0, where="top")]
+VALUES = [Extent("discriminant", -1.0, 2e9), Extent("eigenvalues", 0.5, 0.5)]
+POINTS = [thing(label=label, sweep_value=value) for label, value in (("B1", 0.55), ("C1", 0.58))]
+PERIODIC = {
+    "panels": ["a", "b"],
+    "setting": "s = 0.5 m",
+    "motion": "BT, every forcing period",
+    "lyapunov": None,
+    "cycle": thing(residual=1e-13),
+    "speeds": [0.5, 0.25],
+    "phase": 1.5,
+    "growth": 0.25,
+}
+CHAOTIC = {"panels": ["c", "d"], "setting": "s = 0.6 m", "motion": "chaotic", "cycle": None}
+MOTIONS = {"held": HELD, "motions": [PERIODIC], "measured": 0}
+SEEN = "points: measured"
+FAMILIES = {"held": HELD, "swept": LENGTH, "simulated": False, "measured": "", "families": 3, "found": 3, "vertices": 2}
+FAMILIES["stable"] = ["BT", "BBT"]
+DIAGRAM = {"held": HELD, "swept": LENGTH, "simulated": 9, "groups": [], "still": []}
+GROUPS = [
+    {"word": "BT", "found": 3, "low": 0.5, "high": 0.55},
+    {"word": "BBT", "found": 1, "low": 0.6, "high": 0.6},
+]
+END = thing(name="fold C1", parameter=DesignInput.FREQUENCY, sweep_value=1.9)
+CYCLES = {
+    "cycles": (("bottom", ElectricalCycle(1.5e-6, 2e3, 5e3)), ("top", ElectricalCycle(1.2e-6, 2e3, 6e3))),
+    "bias_v": 2e3,
+    "breakdown_v": 8e3,
+    "exactness": OF_A_MODEL,
+}
+
+ANSWER = {
+    "swept": LENGTH,
+    "ranges": ["0.5 m < s", "s < 0.6 m"],
+    "ends": [(thing(event=Event.PERIOD_DOUBLING, label="B1"), "0.55 m")],
+    "speeds": [(5.76, 6.31), (3.45, 4.0)],
+    "exactness": OF_A_MODEL,
+}
+FIGURES: list[tuple[str, dict[str, object], str]] = [
+    ("figure_answer_caption", ANSWER, "Stable where shaded; dashed lines are unstable."),
+    (
+        "figure_answer_alt",
+        ANSWER,
+        "Line chart of the impact speeds over the length: at the bottom 5.76 to 6.31 m/s, at the top 3.45 to 4 m/s. "
+        "Stable: 0.5 m < s; s < 0.6 m. Period doubling B1 at 0.55 m.",
+    ),
+    ("figure_answer_alt", ANSWER | {"ranges": [], "ends": []}, "Stable: nowhere."),
+    ("figure_2_caption", {**ALONG}, ". F = 3 N, r = 0.5; s from 0.5 m to 0.6 m."),
+    (
+        "figure_2_caption",
+        {**WITH_ALL, "unit_m_s": 6.0241, "level": True},
+        "; F/(2 M f) = 6.02 m/s; A: node to focus, B: period doubling; "
+        "both impacts of a motion are equally fast; thin: motions that come of period "
+        "doublings "
+        "(BTBT); each asymmetric motion is drawn with its mirror image, in which bottom and top are "
+        "exchanged; circles: 8 impacts of periodic motions at 1 "
+        "value "
+        "of the swept parameter, by simulation; strip: what switching on from rest leads to, 1:1 motion on 86 % of the "
+        "sweep.",
+    ),
+    (
+        "figure_4_caption",
+        {**ALONG, "largest": 87.12, "mirrored": True},
+        "|λ| reaches 87.1; mirror images share one",
+    ),
+    (
+        "figure_2_caption",
+        {**ALONG, "simulated": Circles(8, 2, True)},
+        "circles: 8 impacts of periodic motions that a ball from rest comes to at 2 values of the swept",
+    ),
+    ("figure_4_caption", {**ALONG, "largest": 2e6}, "as in Figure 2; |λ| exceeds 10000."),
+    ("figure_4_caption", ALONG, "the real part that they share where Δ < 0. Device, sweep and letters as in Figure 2."),
+    ("figure_7_caption", ALONG, ". Device, sweep and signs as in Figure 2, with m = 4.1 g and U_in = 2 kV."),
+    (
+        "figure_2_alt",
+        {**ALONG, "from_rest": 0.623},
+        "Strip: what switching on from rest leads to, 1:1 motion on 62 % of the sweep.",
+    ),
+    (
+        "figure_2_alt",
+        ALONG,
+        "Three line charts over s from 0.5 m to 0.6 m, empty: there is no admissible 1:1",
+    ),
+    (
+        "figure_2_alt",
+        {
+            **ALONG,
+            "extents": [(True, SPEEDS), (False, SPEEDS[:1])],
+            "points": POINTS,
+            "simulated": Circles(8, 2, False),
+        },
+        "0.6 m. There is no stable admissible 1:1 motion in the sweep. Stable motions: impact speed at the bottom 0.5 "
+        "to "
+        "1.23, phase at the top about 0 to 3. Unstable motions: impact speed at the bottom 0.5 to 1.23. Critical "
+        "points, "
+        "at s: B1 0.55 m; C1 0.58 m. Circles: 8 impacts of periodic motions at 2 values of the swept parameter, by",
+    ),
+    (
+        "figure_4_alt",
+        {**ALONG, "extents": [(True, VALUES)], "ranges": ["a < s", "s < b"]},
+        "0.6 m. Stable 1:1 motion for a < s and for s < b. Stable motions: discriminant about 0 to more than 10000, "
+        "eigenvalues or their real parts 0.5.",
+    ),
+    (
+        "figure_7_alt",
+        {**ALONG, "extents": [(True, [Extent("average", 1.0, 2e5, "V")])], "simulated": Circles(8, 2, False)},
+        "Stable motions: average voltage about 0 to 200 kV. Circles: voltages of 8 impacts",
+    ),
+    ("figure_7_alt", {**ALONG, "extents": [(True, [Extent("average", 4.0, 4.0, "V")])]}, "average voltage 4 V."),
+    ("figure_3_caption", MOTIONS, ", F = 3 N, r = 0.5. (a, b) s = 0.5 m: BT, every forcing period."),
+    (
+        "figure_6_caption",
+        {"held": [], "motions": [PERIODIC, {**CHAOTIC, "lyapunov": None}], "measured": 0},
+        "X without drift. (a, b) s = 0.5 m: BT, every forcing period; (c, d) s = 0.6 m: chaotic.",
+    ),
+    ("figure_portraits_caption", MOTIONS, "Solved motions over their period"),
+    (
+        "figure_3_alt",
+        MOTIONS,
+        "time series of 1 simulated motion. (a, b) s = 0.5 m: BT, every forcing period, |Ż| = 0.5, 0.25, φ = 1.5 rad, "
+        "residual 1 × 10⁻¹³, largest |λ| = 0.25.",
+    ),
+    (
+        "figure_6_alt",
+        {"held": HELD, "motions": [{**PERIODIC, "growth": None}, {**CHAOTIC, "lyapunov": 0.1234}]},
+        "of 2 simulated motions. (a, b) s = 0.5 m: BT, every forcing period, |Ż| = 0.5, 0.25, φ = 1.5 rad, residual "
+        "1 × 10⁻¹³; (c, d) s = 0.6 m: chaotic, Lyapunov exponent 0.123 per forcing period.",
+    ),
+    (
+        "figure_portraits_alt",
+        {"held": HELD, "motions": [{**PERIODIC, "speeds": [0.1 * k for k in range(1, 9)]}]},
+        "path of 1 motion. (a, b) s = 0.5 m: BT, every forcing period, 8 impacts, |Ż| from 0.1 to 0.8, φ = 1.5",
+    ),
+    ("figure_diagram_caption", DIAGRAM, "F = 3 N, r = 0.5. 9 values of the swept parameter were simulated."),
+    ("figure_diagram_alt", DIAGRAM, "over the length, by simulation. No motion was found that has impacts."),
+    (
+        "figure_diagram_alt",
+        {**DIAGRAM, "groups": GROUPS, "still": ["at rest", "sticking"]},
+        "Motions at 9 values: BT at 3 (s = 0.5 to 0.55 m); BBT at 1 (s = 0.6 m); from some starts the ball ends at "
+        "rest, or "
+        "sticking, which has no impacts.",
+    ),
+    (
+        "figure_diagram_alt",
+        {**DIAGRAM, "simulated": 1, "groups": GROUPS[1:]},
+        "Motions at 1 value: BBT at 1 (s = 0.6",
+    ),
+    (
+        "figure_hysteresis_caption",
+        {"held": HELD, "swept": LENGTH, "jumps": 0, "loops": [], "measured": ""},
+        "r = 0.5. No jumps.",
+    ),
+    (
+        "figure_hysteresis_caption",
+        {"held": HELD, "swept": LENGTH, "jumps": 0, "loops": [], "measured": SEEN},
+        "light bands: hysteresis; points: measured; F = 3 N",
+    ),
+    ("figure_atlas_caption", FAMILIES | {"measured": SEEN}, "comes or goes; points: measured; F = 3 N"),
+    ("figure_2_caption", ALONG | {"measured": SEEN}, "; points: measured."),
+    ("figure_4_caption", ALONG | {"measured": SEEN}, "; points: measured."),
+    ("figure_2_alt", ALONG | {"measured": SEEN}, " Points: measured."),
+    ("figure_4_alt", ALONG | {"measured": SEEN}, " Points: measured."),
+    ("figure_3_caption", MOTIONS | {"measured": 1}, "r = 0.5; diamonds: measured impacts, with 95 % error bars."),
+    (
+        "figure_hysteresis_alt",
+        {"swept": LENGTH, "jumps": 1, "loops": [thing(low=0.2, high=0.3), thing(low=0.4, high=0.5)]},
+        "over the length. 1 jump; the motion depends on the direction at s = 0.2 to 0.3 m; s = 0.4 to 0.5 m.",
+    ),
+    ("figure_atlas_caption", FAMILIES, "comes or goes; F = 3 N, r = 0.5."),
+    (
+        "figure_atlas_caption",
+        {**FAMILIES, "simulated": True},
+        "; light discs: periodic motions that the simulation fo",
+    ),
+    (
+        "figure_atlas_caption",
+        {**FAMILIES, "found": 30},
+        "r = 0.5. Drawn are 3 of 30 families, first those with stable motions that a device can be set to, then",
+    ),
+    ("figure_ladder_caption", {**FAMILIES, "found": 30}, "Drawn are 3 of 30 families"),
+    ("figure_atlas_alt", FAMILIES, "3 families that meet at 2 points; stable motions are BT, BBT."),
+    ("figure_atlas_alt", {**FAMILIES, "stable": []}, "2 points; none is stable."),
+    ("figure_ladder_caption", FAMILIES, "by the word of the motion. F = 3 N, r = 0.5."),
+    ("figure_ladder_alt", {**FAMILIES, "best": None}, "voltage and impacts over the length."),
+    (
+        "figure_ladder_alt",
+        {"swept": LENGTH, "best": thing(word=Word.of("BBT"), per_second_v=1234.0), "exactness": OF_A_MODEL},
+        "the length. BBT generates most, up to 1.23 kV/s.",
+    ),
+    ("figure_device_caption", {"motion": "", "other": False}, "The sketch is not to scale across."),
+    (
+        "figure_device_caption",
+        {"motion": "stable node", "other": False},
+        "the path is that of one period (stable node).",
+    ),
+    ("figure_device_caption", {"motion": "BBT", "other": True}, "that of one period (the stable motion BBT)."),
+    ("figure_device_alt", {"dimensions": HELD, "motion": ""}, "between two membranes: F = 3 N, r = 0.5."),
+    (
+        "figure_device_alt",
+        {"dimensions": HELD, "motion": "BT", "at_top": [0.25, 0.5]},
+        "r = 0.5. Line chart of the ball's distance from the bottom over one period: it meets the top after 0.25 and "
+        "0.5 of it.",
+    ),
+    ("figure_device_alt", {"dimensions": HELD, "motion": "B", "at_top": []}, "period: it does not meet the top."),
+    (
+        "figure_margins_caption",
+        {"end": END, "exactness": ROUGHLY},
+        "That is the fold C1 at f = 1.9 Hz. The bars",
+    ),
+    (
+        "figure_margins_alt",
+        {"end": END, "shifts": [(LENGTH, 0.5), (Parameter.AMPLITUDE, -0.25)]},
+        "moves the fold C1 in frequency by: length 0.5 %, force amplitude −0.25 %.",
+    ),
+    (
+        "figure_cycle_caption",
+        CYCLES,
+        "up to the bias of 2 kV, isolated until it is flat again, and discharged. The area is the electrical energy "
+        "that the impact gains, an upper bound as nothing leaks and no load is fed; the membrane breaks down at 8 kV.",
+    ),
+    (
+        "figure_cycle_alt",
+        CYCLES,
+        "Impact on the bottom: 1.5 µC isolated from 2 kV to 5 kV, area 2.25 mJ; Impact on the top: 1.2 µC isolated "
+        "from 2 kV to 6 kV, area 2.4 mJ.",
+    ),
+]
+
+
+def of_figure(macro: str, *given: object) -> str:
+    return said(f"figures/{FILES[Task(macro.rpartition('_')[0].replace('_', '-'))]}", macro, *given)
+
+
+@pytest.mark.parametrize(("macro", "x", "part"), FIGURES, ids=[f"{macro}-{k}" for k, (macro, *_) in enumerate(FIGURES)])
+def test_a_figure_is_worded(macro: str, x: dict[str, object], part: str, taken) -> None:
+    assert part in of_figure(macro, x)
+    assert of_figure(f"{macro.rpartition('_')[0]}_title")
+
+
+B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
+
+
+def record(**of: object) -> SimpleNamespace:
+    """A record that shows no motion, but for what is said of it."""
+    known = {"unfit": None, "left_open": None, "shown": None, "motion": None, "referenced": False, "impacts": 9}
+    return thing(**known | of)
+
+
+PLANE = thing(inputs=(DesignInput.INCLINATION, DesignInput.LENGTH), low=(0.0, 0.3), high=(90.0, 1.0), swept=True)
+UNSWEPT = thing(inputs=PLANE.inputs, low=PLANE.low, high=PLANE.high, swept=False)
+BT, BTBT = (2, "BT", 1, False), (4, "BTBT", 2, False)
+ENDS = {
+    0: thing(value=51.6, distance=6.6, relative=0.147, event=Event.PERIOD_DOUBLING, taken_over=False),
+    1: thing(value=0.629, distance=-0.0639, relative=-0.0922, event=Event.PITCHFORK, taken_over=True),
+}
+
+
+def charted(
+    motions: object = (BT,), ends: dict[int, object] = ENDS, near: bool = False, **of: object
+) -> dict[str, object]:
+    """What the words of a chart are told by, of motions that are stable at its design point."""
+    stable = None if motions is None else [thing(kind=kind, one_to_one=kind[1] == "BT") for kind in motions]
+    design = thing(inputs=(45.0, 0.6934), motions=stable, nearest=ends.get)
+    known = {
+        "plane": PLANE,
+        "limits": Limits(4, 2),
+        "loci": [0, 0],
+        "meetings": [0],
+        "design": design,
+        "not_followed": 0,
+    }
+    sets = [thing(kinds=(BT,), share=0.5), thing(kinds=(BT, BTBT), share=0.2), thing(kinds=(), share=0.3)]
+    named = Naming(frozenset({("BBT", False)}), Words("chart"))
+    return {"chart": thing(**known | of), "sets": sets, "named": named, "near": near, "run": None}
+
+
+BAND = {"word": "BBT", "varied": 0, "least": 1e-5, "most": 0.08, "settable": True}
+CHARTED = [
+    ("motion", ("BT", 1, True), "asymmetric BT (T)"),
+    ("motion", ("BBT", 2, False), "BBT (2T)"),
+    ("motion", ("BBT", 0, False), "BBT"),
+    ("stable", (None,), "not resolved"),
+    ("stable", ([],), "none"),
+    ("stable", (["BT", "BBT"],), "BT, BBT"),
+    ("stable_meaning", (None, Limits(4, 2)), "not resolved by rounding"),
+    ("stable_meaning", ([], Limits(4, 1)), "no stable motion of up to 4 impacts in one forcing period"),
+    ("stable_meaning", ([], Limits(4, 2)), "no stable motion of up to 4 impacts in 2 forcing periods"),
+    ("stable_meaning", ([("BT", "BT", 1)], Limits(4, 2)), "BT (1:1)"),
+    ("stable_meaning", ([("BT", "BT", 1), ("BBT", "BBT", 1)], Limits(4, 2)), "BT and BBT"),
+    ("others", (True,), "others, see the table of regions"),
+    ("others", (False,), "other motions"),
+    ("nothing", (), "no stable motion found"),
+    ("design_point", (), "design point"),
+    ("band", ([],), "a stable motion ends, same words on both sides"),
+    ("band", (["BB", "BBT"],), "also stable in narrow bands: BB, BBT"),
+    ("heading", (PLANE,), "Stable motions over inclination and length"),
+    ("side", (ENDS[0],), "up"),
+    ("side", (ENDS[1],), "down"),
+    ("meeting", (True,), "point of the table"),
+    ("meeting", (False,), "where curves meet, end or turn"),
+    ("narrow_note", ([], [], PLANE.inputs), ""),
+    ("narrow_note", ([thing(**BAND)], [], PLANE.inputs), "to 0.08° wide in inclination."),
+    ("narrow_note", ([thing(**BAND), thing(**BAND | {"least": 0.08})], ["BB"], PLANE.inputs), "; BBT, 0.08° wide in"),
+    ("narrow_note", ([thing(**BAND | {"settable": False})], ["BB", "B"], PLANE.inputs), "set; BB, B, of widths not"),
+    (
+        "caption",
+        (charted(), []),
+        "Length against inclination: the words of the motions that are stable in each",
+    ),
+    ("caption", (charted(plane=UNSWEPT, loci=[0], meetings=[0, 0]), []), ", of 1:1 motions alone: the words of"),
+    ("caption", (charted() | {"named": Naming(frozenset(), Words("chart"))}, []), "one at the top), of up to"),
+    (
+        "caption",
+        (charted(), ["F = 3 N", "r = 0.5"]),
+        "between exact curves, at F = 3 N, r = 0.5. Bars: the nearer end along either input.",
+    ),
+    ("caption", (charted(design=None), []), "between exact curves."),
+    ("found", (charted()["chart"],), "Over inclination from 0 to 90° and length from 0.3 to 1 m: 2 curves and 1 point"),
+    ("found", (charted(plane=UNSWEPT, not_followed=1)["chart"],), "neither cross a line that was followed"),
+    ("found", (charted(loci=[0], meetings=[0, 0])["chart"],), "1 curve and 2 points where they meet, end or turn"),
+    ("found", (charted(not_followed=2)["chart"],), "2 ends of curves could not be followed further."),
+    ("alt", (charted(),), "BT (1:1) in 50 % of it; BT and BTBT in 20 % of it; no stable motion of up to 4 impacts"),
+    ("alt", (charted(design=None),), "in 2 forcing periods in 30 % of it."),
+    ("word", (charted(design=None),), "No design point in the chart"),
+    ("word", (charted(None),), "Not resolved"),
+    ("word", (charted(()),), "Not stable"),
+    ("word", (charted((BTBT,)),), "Stable, but not 1:1"),
+    ("word", (charted(near=True),), "Stable, margin small"),
+    ("word", (charted(),), "Stable"),
+    ("word", (charted() | {"run": WordedOpening(Status.CAUTION, "Stable, but amber", "It is.")},), "Stable, but amber"),
+    ("word", (charted() | {"run": WordedOpening(Status.GOOD, "Stable", "It is.")},), "Stable"),
+    ("opening_without_design", (), "The scenario has no design point in the chart."),
+    ("opening_not_resolved", (), "Rounding hides what is stable at the design point."),
+    ("opening_not_stable", (Limits(4, 2),), "It does not run: no motion of up to 4 impacts is stable."),
+    ("opening_other_motion", ("BBT",), "It runs, but not as a 1:1 motion: BBT is stable."),
+    ("opening_region", ("bT (1:1)", 0.5), "BT (1:1): 50 % of the chart."),
+    ("opening_endless", ("BT", Parameter.LENGTH), "No end of BT was found in length."),
+    (
+        "opening_end",
+        ("BT", Parameter.INCLINATION, ENDS[0], "51.6°", "+15 %"),
+        "In inclination BT is stable up to 51.6° (+15 %): period doubling.",
+    ),
+    (
+        "opening_handover",
+        ("BT", Parameter.INCLINATION, ENDS[0], "51.6°", "+15 %"),
+        "In inclination BT is stable up to 51.6° (+15 %): another motion takes over.",
+    ),
+    ("away", (ENDS[0], Parameter.INCLINATION), "+15 %"),
+    ("away_absolute", (ENDS[0], Parameter.INCLINATION), "+6.6°"),
+    ("headline", (charted(design=None),), "no design point in the chart. BT (1:1) is stable in 50 % of it; BT and"),
+    ("headline", (charted(design=None) | {"sets": charted()["sets"][2:]},), "No stable motion of up to 4 impacts in 2"),
+    ("headline", (charted(None),), "rounding does not resolve the motions."),
+    ("headline", (charted(()),), "no motion of up to 4 impacts in 2 forcing periods is stable."),
+    ("headline", (charted(),), "In inclination BT ends at 51.6° (period doubling), a margin of +6.6° or +15 %."),
+    (
+        "headline",
+        (charted(),),
+        "In length BT hands its stability over at 0.629 m (pitchfork), a margin of −0.0639 m or",
+    ),
+    ("headline", (charted((BT, BTBT), {}),), "BT, BTBT are stable. In inclination no end of BT was found."),
+    ("headline", (charted(ends={0: thing(**vars(ENDS[0]) | {"relative": None})}),), "a margin of +6.6°. In length"),
+    ("end", (Event.SWEEP_END,), "edge of the chart"),
+    ("end", (Event.CLOSED,), "closed"),
+    ("end", (Event.CUSP,), "cusp"),
+]
+"""What is said of charts, by macro."""
+
+MAP = thing(
+    named=(AxisName("inclination", "β", "°"), AxisName("length", "s", "m")), ends=((0, 90), (0.2, 0.9)), shape=(60, 80)
+)
+CELLS = thing(cells=4800, stable=2093, with_motion=4730, missed=240, outside=946)
+MAPPED = {"plan": MAP, "held": ["F = 3 N", "r = 0.5"], "found": CELLS, "marked": thing(), "curves": True}
+MAPPED |= {"outcomes": [("1:1", 3600), ("chaotic", 1200)]}
+ON_MAPS = [
+    ("title", ("map-shock",), "Least shock"),
+    ("heading", ("map-stability",), "Stability of the 1:1 motion; hatched: no 1:1 motion"),
+    ("heading", ("map-margin",), "Stability margin: 0 % where a multiplier reaches 1 or −1; hatched: no 1:1 motion"),
+    (
+        "heading",
+        ("map-voltage",),
+        "Average voltage; generated at an impact, by the paper's formulae; hatched: no 1:1 motion",
+    ),
+    ("heading", ("map-from-rest",), "What the device comes to that is switched on from rest"),
+    (
+        "heading",
+        ("map-shock",),
+        "Least shock; the least jump of the velocity found that leads out of the stable",
+    ),
+    ("curves", (), "where any of the 1:1 motions changes or ends"),
+    ("over", (MAP,), "Stability over inclination, length"),
+    ("design_point", (), "design point"),
+    ("margin", (-0.0708, Parameter.LENGTH), "−0.071 m"),
+    ("margin", (7.37, Parameter.INCLINATION), "+7.4°"),
+    ("missed", (CELLS,), "not reached from rest at 5 % of the cells"),
+    (
+        "caption",
+        ("map-stability", MAPPED),
+        "Length against inclination; hatched: no 1:1 motion. 60 × 80 cells, with F",
+    ),
+    ("caption", ("map-stability", MAPPED), "beside a stable one. Bars: the nearer end along either axis."),
+    (
+        "caption",
+        ("map-from-rest", MAPPED | {"marked": None, "curves": False}),
+        "comes to. 60 × 80 cells, with F = 3 N, r = 0.5.",
+    ),
+    (
+        "alt",
+        ("map-margin", MAPPED),
+        "over inclination from 0 to 90° and length from 0.2 to 0.9 m. Stability",
+    ),
+    (
+        "alt",
+        ("map-margin", MAPPED),
+        "4,800 cells (inclination × length): 44 % with a stable 1:1 motion, 55 % with",
+    ),
+    ("alt", ("map-from-rest", MAPPED), "from rest. 1:1: 75 %, chaotic: 25 %."),
+    ("word", (), "No design point"),
+    ("headline", (MAP, CELLS), "1:1 motion is stable at "),
+    ("only_unstable", (CELLS,), "no 1:1 motion: 1.5 %."),
+    ("give_design", (), "For a verdict, give the inputs of the axes a value above the map block: the design point."),
+    ("place", (MAP, (45.0, 0.7)), "β = 45°, s = 0.7 m"),
+    ("quantity", ("least_jump_m_s",), "least shock"),
+    ("value", ("multiplier_margin", 0.5234), "52 %"),
+    ("value", ("u_ave_v", 52690.0), "52.7 kV"),
+    ("value", ("least_jump_m_s", 0.12345), "123 mm/s"),
+    ("signed", (-0.0705, MAP.named[1]), "−0.0705 m"),
+    ("signed", (7.37, MAP.named[0]), "+7.37°"),
+]
+"""What is said of maps, by macro."""
+
+SAID: list[tuple[str, str, tuple[object, ...], str]] = [
+    *(("chart", *row) for row in CHARTED),
+    *(("map", *row) for row in ON_MAPS),
+    ("effects", "effect", (shift("RESTITUTION_BOTTOM"), FIXED), "restitution at the bottom −5 %"),
+    ("effects", "effect", (shift("RESTITUTION_TOP"), FIXED), "restitution at the top −5 %"),
+    ("effects", "effect", (shift("CAPSULE"), FIXED), "capsule free instead of prescribed"),
+    ("effects", "effect", (shift("CAPSULE"), FREE), "capsule prescribed instead of free"),
+    (
+        "effects",
+        "effect",
+        (shift("FRICTION", size=0.05), thing(recoils=False, harmonics=(), friction=0.0)),
+        "friction of 0.05 between ball and capsule",
+    ),
+    (
+        "effects",
+        "effect",
+        (shift("FRICTION", size=0.05), thing(recoils=False, harmonics=(), friction=0.1)),
+        "more friction of 0.05 between ball and capsule",
+    ),
+    ("effects", "effect", (shift("SECOND_HARMONIC", size=0.02), FREE), "a second harmonic of 2 % in the force"),
+    (
+        "effects",
+        "effect",
+        (shift("SECOND_HARMONIC", size=0.02), thing(recoils=False, harmonics=(thing(),))),
+        "a further second harmonic of 2 % in the force",
+    ),
+    (
+        "effects",
+        "effect",
+        (shift("RESTITUTION_SPEED", size=-0.1), FREE),
+        "restitution as the speed to the power −0.1",
+    ),
+    (
+        "effects",
+        "effect",
+        (shift("RESTITUTION_SPEED", size=-0.12, speed_m_s=5.0), FREE),
+        "restitution as the speed to the power −0.12, as given at 5 m/s",
+    ),
+    ("effects", "effect", (shift("STIFFNESS"), FREE), "the membranes' own stiffness"),
+    ("effects", "left", (shift(left=-0.0317),), "−3.2 %"),
+    ("effects", "left", (shift(left=None),), "no end"),
+    ("effects", "left", (shift(left=None, absence=Unmoved.NOT_FOLLOWED),), "not followed to its end"),
+    ("effects", "left", (shift(left=None, stable=False),), "no stable motion"),
+    (
+        "effects",
+        "left",
+        (shift("FRICTION", left=None, stable=False, computed=False),),
+        "not known: the ball stops on its way",
+    ),
+]
+
+
+def explained(unknown: Unknown | None = None, others: tuple[Unknown, ...] = ()) -> BetterFit:
+    return BetterFit(unknown is None, unknown, 0.42, 1e-5, 1e-4, others)
+
+
+def misfit(accepted: bool = False, **of: object) -> SimpleNamespace:
+    usual = {"p_value": 0.5, "failure": None, "alternative": None, "explanation": None} | of
+    return thing(accepted=accepted, **usual)
+
+
+BOTH = (Unknown.RESTITUTION_BOTTOM, 0.01), (Unknown.LENGTH, -0.02)
+SAID += [
+    (
+        "measured",
+        "points",
+        (MeasuredShown(3, ("BT", "BBT"), 1, True),),
+        "at 3 values of the swept parameter, upwards",
+    ),
+    ("measured", "points", (MeasuredShown(1, (), 0, False),), "measured at 1 value of the swept parameter"),
+    (
+        "measured",
+        "reason",
+        (record(unfit=NoFit(Unfit.SCATTER, 0.02)),),
+        "a timing error of 20 ms would be needed; v",
+    ),
+    (
+        "measured",
+        "reason",
+        (record(unfit=NoFit(Unfit.RESTITUTION, 1.2)),),
+        "a restitution of 1.2 would be needed; v",
+    ),
+    ("measured", "reason", (record(unfit=NoFit(Unfit.GAPS, 0.2)),), "too many are missed: 20 % of the flights fit no"),
+    ("measured", "reason", (record(unfit=NoFit(Unfit.PATH, 0.2)),), "the impacts do not follow this device; vireport"),
+    ("measured", "reason", (record(),), "no word: it does not repeat, or has not settled"),
+    ("measured", "reason", (record(left_open=Open(impacts=12)),), "too short: 9 impacts, and at least 12 are needed"),
+    ("measured", "reason", (record(left_open=Open(), referenced=True),), "several motions of this device explain it"),
+    ("measured", "reason", (record(left_open=Open()),), "does not tell the phase of the force (give force_maximum_s)"),
+    ("measured", "remarks", (record(),), "the phase of the force was fitted"),
+    (
+        "measured",
+        "remarks",
+        (record(shown=thing(missed=7, false=1), motion=thing(from_s=5.549), referenced=True),),
+        "7 missed, 1 false, settled from 5.55 s",
+    ),
+    ("measured", "remarks", (record(shown=thing(missed=0, false=0), referenced=True),), ""),
+    ("identify", "refused", (Open(impacts=12), True), "at least 12 impacts are needed"),
+    ("identify", "refused", (Open(combination=BOTH), True), "at the bottom +0.01, length −0.02 m together change no"),
+    ("identify", "refused", (Open(answers=(BOTH, BOTH)), False), "2 devices explain these impacts equally well: "),
+    (
+        "identify",
+        "refused",
+        (Open(unstable=True), True),
+        "no device stays on one. What would help: reference the clock",
+    ),
+    ("identify", "refused", (Open(), False), "What would help: tap the device"),
+    ("identify", "reason", (misfit(True, p_value=None),), "these impacts leave nothing over with which to test"),
+    ("identify", "reason", (misfit(True),), "no test rejects the model"),
+    ("identify", "reason", (misfit(alternative=Unknown.LENGTH),), "no other value of a single input explains it"),
+    ("identify", "rounded", (thing(step_s=1e-3, repeated=1.0),), "are multiples of 1 ms: their rounding is taken for"),
+    ("identify", "rounded", (thing(step_s=1e-3, repeated=9.0),), "repeats itself it does not average"),
+    (
+        "identify",
+        "reason",
+        (misfit(explanation=explained()),),
+        "not independent, as they are where the model fits; ",
+    ),
+    ("identify", "reason", (misfit(explanation=explained()),), "with bottom and top exchanged the model fits"),
+    (
+        "identify",
+        "reason",
+        (misfit(alternative=Unknown.EXPONENT, explanation=explained(Unknown.LENGTH, (Unknown.DRIFT, Unknown.PHASE))),),
+        "contradict the exponent of the restitution against speed; if only the length is wrong, it is 0.42 m "
+        "± 0.00001, with a timing error of 100 µs; another drift of the clock, phase of the force would fit as well",
+    ),
+    (
+        "identify",
+        "reason",
+        (
+            misfit(
+                alternative=Unknown.FREQUENCY,
+                explanation=replace(explained(Unknown.FREQUENCY), clock_off=-1e-3, clock_accepted=2e-5),
+            ),
+        ),
+        "with a timing error of 100 µs; or the record's clock is 1000 ppm slow (this record accepts up to 20 ppm)",
+    ),
+    (
+        "identify",
+        "instead",
+        (replace(explained(Unknown.FREQUENCY), clock_off=3e-5, clock_accepted=2e-5),),
+        "the record's clock is 30 ppm fast",
+    ),
+    (
+        "identify",
+        "reason",
+        (misfit(alternative=Unknown.EXPONENT, explanation=explained(Unknown.EXPONENT)),),
+        "is wrong, it is 0.42 ±",
+    ),
+    (
+        "identify",
+        "reason",
+        (misfit(explanation=BetterFit(False, Unknown.EXPONENT, -0.1, 1e-3, 1e-4, (), BOTH[:1], 1.5)),),
+        "device.restitution_exponent: -0.1, device.restitution_speed_m_s: 1.5, device.restitution_bottom: 0.01",
+    ),
+    *(
+        ("identify", "reason", (misfit(failure=NoFit(Unfit[name], value)),), part)
+        for name, value, part in (
+            ("SCATTER", 0.02, "a timing error of 20 ms would be needed"),
+            ("RESTITUTION", 1.25, "a restitution of 1.25 would be needed"),
+            ("PATH", 2.5, "passes through a membrane after 2.5 s"),
+            ("NO_MOTION", 0.0, "no motion fits these impacts"),
+        )
+    ),
+    ("identify", "mend_clock", (explained(Unknown.DRIFT), "0.42", "0.1"), "by 0.42 ± 0.1 1/s fits"),
+    ("identify", "unit_of", (Unknown.RESTITUTION,), ""),
+    ("identify", "summary", (9, 1e-4, 0, 0, 0, False), "9 impacts, timing error 100 µs."),
+    ("identify", "summary", (9, 1e-4, 0, 0, 0, True), "error 100 µs at the median of the stated errors."),
+    ("identify", "summary", (9, 1e-4, 2, 1, 1, False), "2 missed, 1 false, 1 flight left out."),
+    ("identify", "summary", (9, 1e-4, 2, 3, 2, False), "3 false, 2 flights left out."),
+    ("identify", "untested", ((), False), ""),
+    ("identify", "untested", ((Unknown.LENGTH,), True), "another length, exchanged membranes."),
+    ("identify", "untested", ((), True), "are taken from the scenario: exchanged membranes."),
+    ("identify", "untested", ((Unknown.LENGTH,), False), "another length."),
+    ("identify", "untested", ((Unknown.LENGTH,), False, True), "another length, other harmonics of the force."),
+    (
+        "identify",
+        "hidden",
+        ((Hidden(Unknown.LENGTH, 0.0912, ()),), []),
+        "This record hardly shows a wrong length (by up to 0.091 m). Give its tolerance, which the intervals then ",
+    ),
+    (
+        "identify",
+        "hidden",
+        (
+            (Hidden(Unknown.LENGTH, 0.0912, ()), Hidden(Unknown.AMPLITUDE, 0.291, ())),
+            [(Unknown.RESTITUTION_BOTTOM, 0.0178), (Unknown.RESTITUTION_TOP, 0.0668)],
+        ),
+        "length (by up to 0.091 m) or force amplitude (by up to 0.29 N), which would be hidden in the restitution "
+        "at the bottom (by up to 0.018) and the restitution at the top (by up to 0.067). Give their tolerances, which",
+    ),
+    ("identify", "not_used", ((),), ""),
+    ("identify", "not_used", (("voltage_v",),), "Read and not used: voltage_v."),
+    (
+        "identify",
+        "heard",
+        (
+            thing(times=[1.0] * 300, middle_error_s=2e-5),
+            [
+                thing(times=[1.0] * 150, channel=thing(name=x), noise=0.01, middle_size=0.5)
+                for x in ("bottom_voltage_v", "top_voltage_v")
+            ],
+            thing(samples=96000, start_s=1.0, end_s=3.0),
+            "x.csv",
+        ),
+        "x.csv: 96000 samples in 2 s, 300 impacts picked: 150 in bottom_voltage_v, noise 0.01, median impact 0.5; "
+        "150 in top_voltage_v, noise 0.01, median impact 0.5. Their times have a standard error of 20 µs.",
+    ),
+    *(
+        ("identify", "finding", (thing(doubt=thing(name=name), channel="sound_pa", value=value),), part)
+        for name, value, part in (
+            ("CLIPPED", 12, "sound_pa is clipped at 12 impacts"),
+            ("SLOW", 2.0, "half a rise takes 2 samples"),
+            ("FOLDED", 0.25, "has 25 % of the power of its impacts close to half"),
+            ("OFFSET", 0.3, "an offset of 0.3, which was subtracted"),
+            ("BOTH", 3, "3 impacts were almost equally strong in both channels"),
+            ("GAPS", 2, "samples are missing at 2 places."),
+            ("UNEVEN", 2e-5, "deviate by up to 20 µs from an even clock"),
+        )
+    ),
+    (
+        "identify",
+        "shaker",
+        (
+            thing(
+                amplitude=24.1,
+                amplitude_error=0.01,
+                frequency_hz=2.0,
+                frequency_error_hz=1e-5,
+                maximum_s=10.25,
+                maximum_error_s=1e-4,
+            ),
+        ),
+        "± 0.01 m/s² at 2",
+    ),
+    ("identify", "held", (thing(end=None),), "The harmonics of the force are held at their values."),
+    (
+        "identify",
+        "held",
+        (thing(end=LENGTH_END, error=0.00123),),
+        "period doubling, is 0.02 m away in length; the errors of the harmonics move it by 0.0012 m (one standard",
+    ),
+    ("identify", "held", (thing(end=LENGTH_END, error=None),), "how well the harmonics are known is not said."),
+    ("identify", "devices", (MeasuredShare(4096, 4096, 0.9991, 1.0),), "99.91 % or more of such devices keep"),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(4095, 4096, 0.998, 1.0),),
+        "99.976 % of such devices keep stable 1:1 motion: 4095 of 4096 that were tried.",
+    ),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.LENGTH, 0.002),),
+        "cannot be said: 50 % of those that fit do. The error of the length costs most: measure it to 0.002 m (",
+    ),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.RESTITUTION_TOP, 0.01),),
+        "measure it to 0.01 (standard error).",
+    ),
+    (
+        "identify",
+        "devices",
+        (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.LENGTH),),
+        "The error of the length costs most.",
+    ),
+    ("figures/record", "figure_record_title", ({},), "What was picked"),
+    ("identify", "heading", ("taps.csv",), "Identified from taps.csv"),
+    *(
+        ("figures/impacts", f"figure_impacts_{name}", ({"impacts": 9, "name": "x.csv", "every": every} | of,), part)
+        for name, every, of, part in (
+            ("errors_title", 1, {}, "Errors of the impact times"),
+            (
+                "errors_caption",
+                1,
+                {"weighted": False},
+                "Measured less fitted times of 9 impacts. Where the model fits, 95",
+            ),
+            (
+                "errors_caption",
+                4,
+                {"weighted": True},
+                "9 impacts, scaled to the median standard error; 1 of 4 is drawn. ",
+            ),
+            ("errors_alt", 1, {}, "Errors of the times of 9 impacts against time, a panel for each membrane, with the"),
+            ("phases_title", 1, {}, "Impacts within the period of the force"),
+            (
+                "phases_caption",
+                1,
+                {},
+                "All 9 impacts of x.csv, as measured. What repeats itself makes lines, and a hole",
+            ),
+            ("phases_alt", 1, {}, "Places of 9 impacts within the period of the force against time, a panel for each"),
+        )
+    ),
+    ("left-out", "add", (["springs: for more"], "device.length_m"), "Add springs: for more."),
+    (
+        "left-out",
+        "add_or_all",
+        ([Addition.MOTIONS, "springs: for more"], "device.length_m", "motions and simulation"),
+        "Add motions: for other impact sequences; springs: for more; vireport run --full adds motions and simulation.",
+    ),
+    (
+        "left-out",
+        "give",
+        ([Addition.DESIGN_POINT, Addition.BALL_MASS], "device.length_m"),
+        "Give device.length_m for the motions of one design, their margins and the outcome from rest; device.ball_mass",
+    ),
+    *(
+        (
+            "figures/record",
+            f"figure_record_{part}",
+            ({"impacts": 9, "name": "x.csv", "channels": count, "shaker": shaker},),
+            "9 impacts",
+        )
+        for part in ("caption", "alt")
+        for count, shaker in ((1, None), (2, thing()))
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("words", "macro", "given", "part"), SAID, ids=[f"{x[0]}-{x[1]}-{k}" for k, x in enumerate(SAID)]
+)
+def test_tables_and_proofs_are_worded(words: str, macro: str, given: tuple[object, ...], part: str, taken) -> None:
+    assert part in said(words, macro, *given)
+
+
+def test_every_branch_of_the_words_is_said_above(taken) -> None:
+    """It says all of it itself, as other tests may run elsewhere."""
+    for make, _ in OPENINGS.values():
+        opening_of(verdict_of(make())).worded()
+    for macro, x, _ in FIGURES:
+        of_figure(macro, x)
+    for words, macro, given, _ in SAID:
+        said(words, macro, *given)
+    for macro, given, _ in OPENING_SAID:
+        said("opening", macro, *given)
+    for macro, given, _ in COMPARE_SAID:
+        said("compare", macro, *given)
+    for macro, given, _ in CHANGES_SAID:
+        said("changes", macro, *given)
+    for macro, given, _ in QUANTITIES_SAID:
+        said("quantities", macro, *given)
+    for macro, given, _ in OPTIMISE_SAID:
+        said("optimise", macro, *given)
+    branches, told = taken()
+    of_the_core = {str(file.relative_to(TEMPLATES)) for file in WORDS}
+    branches = {branch for branch in branches if branch.partition(":")[0] in of_the_core}
+    assert branches - told == set()
+    decided = {branch.partition(":")[0] for branch in branches}
+    assert decided == of_the_core - {
+        "words/opening.j2",
+        "words/changes.j2",
+        "words/compare.j2",
+        "words/optimise.j2",
+        "words/quantities.j2",
+        "words/verify.j2",
+    }  # Python decides there

@@ -1,0 +1,66 @@
+"""What the device of each cell does when it is switched on, and the least shock that leads out of its stable motion."""
+
+from __future__ import annotations
+
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+
+from vireport.base.errors import NumericalError
+from vireport.design.from_rest import Destination
+from vireport.design.outcomes_from_rest import outcomes_of
+from vireport.map.cells.cells import Floats
+from vireport.motions.pointwise import PointwiseMotions
+from vireport.physics.groups import Groups
+
+DESTINATIONS = tuple(Destination)
+
+
+def from_rest_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int) -> dict[str, Any]:
+    """What each cell comes to that is switched on at once, by compiled code; None where there is no word or period."""
+    outcomes = outcomes_of(groups, motions, ratio, compiled=True)
+    return {
+        "from_rest": np.array([DESTINATIONS.index(each.destination) for each in outcomes], dtype=np.int8),
+        "from_rest_word": [each.word or None for each in outcomes],
+        "from_rest_periods": [each.periods or None for each in outcomes],
+        "settles_after_periods": [each.settles_after for each in outcomes],
+    }
+
+
+def shock_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, unit: Any) -> dict[str, Floats]:
+    """The least shock that leads out of the stable motions of each cell, and the largest that was tried [m/s].
+
+    NaN where there is no stable motion, or one too near a critical point for its returns to be told; the former alone
+    where none that was tried leads out.
+
+    Parameters
+    ----------
+    groups : Groups
+        Arrays of one length.
+    motions : PointwiseMotions
+        Of these cells.
+    ratio : int
+        Forcing periods of a 1:1 motion.
+    unit : array_like
+        y_c of the cells [m/s].
+    """
+    from vireport.findings.outcomes.shock import SCAN
+    from vireport.findings.outcomes.withstood import least_of
+
+    jump, searched = np.full(len(groups.d), np.nan), np.full(len(groups.d), np.nan)
+    stable, admissible = motions.stable(groups.restitution), motions.admissible
+    for cell in np.unique(motions.cell[stable]).tolist():
+        in_cell = motions.cell == cell
+        attracting, others = (
+            [motions.motion(int(row), ratio) for row in np.flatnonzero(in_cell & rows)]
+            for rows in (stable, admissible & ~stable)
+        )
+        cell_groups = groups.map_numbers(itemgetter(cell)).as_floats()
+        try:
+            least = least_of(cell_groups, attracting, others, effort=SCAN)
+        except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce
+            continue
+        searched[cell] = least.searched_to
+        jump[cell] = np.nan if least.jump is None else least.jump
+    return {"least_jump_m_s": jump * unit, "jump_searched_to_m_s": searched * unit}

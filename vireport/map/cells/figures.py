@@ -1,0 +1,373 @@
+"""Heat maps of a grid over two parameters, with the curves along which motions change, and their words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from vireport.figures.alongside import Paper
+from vireport.figures.captions import held_by
+from vireport.figures.layout import Entry, blank, finished, panel_size, prefix, round_ticks
+from vireport.figures.planes import DESIGN, mark_design
+from vireport.figures.style import HALO, LOCI, Color, Look, NotebookFigure, Picture, Pixel, sheet, style
+from vireport.figures.sweeps import OUTCOMES
+from vireport.map.cells.cells import MapPlan, axis_values
+from vireport.map.cells.design import MapDesign
+from vireport.map.cells.disturbed import DESTINATIONS
+from vireport.map.cells.findings import MapFindings, largest_margin, pieces_of, restitution_at
+from vireport.map.cells.loci import DrawnLocus, loci_of
+from vireport.motions.events import Event
+from vireport.motions.stability import STABILITIES, Stability
+from vireport.physics.groups import Restitutions
+from vireport.text.formatting import PREFIXES
+from vireport.text.templates import Words
+
+Floats = NDArray[np.float64]
+
+FINEST = 1000
+"""Cells along either axis that a picture shows; of more, every second, third, ... is drawn."""
+
+HEIGHT = 4.1
+"""Height of a map with its axes, at the width of a report's figures [in]."""
+
+NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
+"""Look of cells without motion: hatched, as white is a shade of the margin too."""
+
+TYPES = {
+    Stability.STABLE_NODE: ("stable node", "#0072B3"),
+    Stability.STABLE_FOCUS: ("stable focus", "#7CC4EE"),
+    Stability.UNSTABLE_NODE: ("only unstable", "#F3DCB0"),
+}
+"""Name and colour of each type, from dark to light so that they are apart in grey as well."""
+
+NONE_FOUND = "none found up to the impact velocity", Pixel.LIGHT
+NOT_TOLD = "too near a critical point to tell", Pixel.GREY
+
+PIXELS = 400
+"""Fineness of the grid on which names of areas find their places."""
+
+OVER_CELLS: Look = {"facecolor": Color.WHITE, "edgecolor": "none", "pad": 1.0}
+"""What lies under names that may stand on cells of any colour."""
+
+OF_CELLS: Look = {"linewidth": 7.0, "solid_capstyle": "butt"}
+"""Look of cells of one colour in a legend."""
+
+MIDDLE = 130.0
+"""Brightness of a colour from which black is easier to read on it than white."""
+
+LINE = 1.4
+"""Width of a curve [pt]."""
+
+
+class Raster(Struct, frozen=True, eq=False):
+    """Cells of a map as they are drawn.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        Values of the two axes.
+    columns : dict of str to ndarray, shape (len(y), len(x))
+        NaN where there is nothing; of a column of words the place of each in `CODES`.
+    """
+
+    x: Floats
+    y: Floats
+    columns: dict[str, Floats]
+
+
+def picture_names(plan: MapPlan) -> tuple[str, ...]:
+    """Names of the heat maps of a map."""
+    if not plan.is_plane:
+        return ()
+    return ("map-stability", "map-margin", *(name for name, wanted in _optional(plan).items() if wanted))
+
+
+def _optional(plan: MapPlan) -> dict[str, bool]:
+    return {"map-voltage": plan.membrane is not None, "map-from-rest": plan.from_rest, "map-shock": plan.shock}
+
+
+class Area(Struct, frozen=True, eq=False):
+    """Cells of one colour.
+
+    Attributes
+    ----------
+    name, color : str
+    cells : ndarray of bool, shape (len(y), len(x))
+    """
+
+    name: str
+    color: str
+    cells: NDArray[np.bool_]
+
+    @property
+    def ink(self) -> str:
+        """Colour of a name on it; as its own, one that no dark page exchanges."""
+        red, green, blue = (int(self.color[k : k + 2], 16) for k in (1, 3, 5))
+        return Pixel.BLACK if 0.3 * red + 0.59 * green + 0.11 * blue > MIDDLE else Pixel.WHITE
+
+
+class MapFigure(Struct, frozen=True, eq=False):
+    """What the heat maps of one map are drawn of.
+
+    Attributes
+    ----------
+    plan : MapPlan
+    raster : Raster
+    loci : tuple of DrawnLocus
+    found : MapFindings
+    design : MapDesign or None
+    said : Words
+        Of ``templates/words/map.j2``.
+    """
+
+    plan: MapPlan
+    raster: Raster
+    loci: tuple[DrawnLocus, ...]
+    found: MapFindings
+    design: MapDesign | None
+    said: Words
+
+    @property
+    def marked(self) -> MapDesign | None:
+        """The design point, where it has a place on the map."""
+        return self.design if self.design is not None and self.design.inside else None
+
+
+def map_pictures(
+    plan: MapPlan, result: Path, findings: MapFindings, design: MapDesign | None = None, templates: Path | None = None
+) -> tuple[Picture, ...]:
+    """Draw the heat maps of a map, with their words.
+
+    Parameters
+    ----------
+    plan : MapPlan
+    result : Path
+        The finished map; it is read piece by piece.
+    findings : MapFindings
+        Of this map.
+    design : MapDesign, optional
+        Is marked.
+    templates : Path, optional
+        A folder whose words come before ours.
+    """
+    if not plan.is_plane:
+        return ()
+    said = Words("map", templates)
+    drawing = MapFigure(plan, _raster(plan, result), loci_of(plan), findings, design, said)
+    words = {"plan": plan, "held": held_by(plan.device, plan.names), "found": findings, "marked": drawing.marked}
+    words |= {"curves": bool(drawing.loci), "outcomes": outcomes_of(findings)}
+    with style():
+        return tuple(
+            Picture(
+                name, said("title", name), said("caption", name, words), said("alt", name, words), DRAWN[name](drawing)
+            )
+            for name in picture_names(plan)
+        )
+
+
+def outcomes_of(findings: MapFindings) -> list[tuple[str, int]]:
+    """What cells come to from rest, by the names of the legend, and how many do; the most frequent first."""
+    return [(OUTCOMES[outcome][0], count) for outcome, count in findings.from_rest.most_common() if count]
+
+
+def _raster(plan: MapPlan, result: Path) -> Raster:
+    """Every cell of the result, or every second, third, ... along either axis."""
+    shape = plan.shape
+    stride = [-(-count // FINEST) for count in shape]
+    indices = [np.arange(0, count, step) for count, step in zip(shape, stride, strict=True)]
+    names = ["stability", "multiplier_margin", *(["u_ave_v"] if plan.membrane is not None else [])]
+    names += ["least_jump_m_s", "jump_searched_to_m_s"] if plan.shock else []
+    names += ["from_rest"] if plan.from_rest else []
+    columns = {name: np.full((len(indices[1]), len(indices[0])), np.nan) for name in names}
+    first = 0
+    for piece in pieces_of(result, names):
+        i, j = np.unravel_index(np.arange(first, first + len(piece["stability"])), shape)
+        first += len(i)
+        chosen = np.flatnonzero((i % stride[0] == 0) & (j % stride[1] == 0))
+        where = j[chosen] // stride[1], i[chosen] // stride[0]
+        for name in names:
+            columns[name][where] = piece[name][chosen]
+    x, y = (axis_values(axis, index) for axis, index in zip(plan.axes, indices, strict=True))
+    return Raster(x, y, columns)
+
+
+def _stability(drawing: MapFigure) -> Figure:
+    colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
+    figure, axes = _blank(drawing)
+    _fill(axes, drawing.raster, drawing.raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
+    return _finished(figure, axes, drawing, _types(drawing, *STABILITIES))
+
+
+def _types(drawing: MapFigure, *kinds: Stability) -> list[Area]:
+    """The cells of each of some types of motion that there are."""
+    code = drawing.raster.columns["stability"]
+    return [Area(*TYPES[kind], code == kind.code) for kind in kinds if (code == kind.code).any()]
+
+
+def _of_stable(
+    drawing: MapFigure, values: Floats, colors: str, label: str, ends: tuple[float, float] | None = None
+) -> tuple[NotebookFigure, Axes]:
+    """A figure with values where the motion is stable, from the least to the largest where no ends are given."""
+    figure, axes = _blank(drawing)
+    code = drawing.raster.columns["stability"]
+    unstable = code == Stability.UNSTABLE_NODE.code
+    flat = ListedColormap([TYPES[Stability.UNSTABLE_NODE][1]])
+    _fill(axes, drawing.raster, np.where(unstable, 1.0, np.nan), flat, 0.0, 2.0)
+    colored = np.where(np.isfinite(code) & ~unstable, values, np.nan)
+    finite = colored[np.isfinite(colored)]
+    low, high = ends or ((float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0))
+    _fill(axes, drawing.raster, colored, colors, low, high if high > low else low + 1.0)
+    bar: Any = figure.colorbar(axes.images[-1], ax=axes, label=label)
+    bar.solids.set_edgecolor("face")  # without it the page shines through between the strips of colour
+    return figure, axes
+
+
+def _margin(drawing: MapFigure) -> Figure:
+    axes_of = dict(zip(drawing.plan.names, (drawing.raster.x, drawing.raster.y[:, None]), strict=True))
+    restitution = restitution_at(drawing.plan, axes_of)
+    shares = drawing.raster.columns["multiplier_margin"] / largest_margin(restitution)
+    determinant = "(r_bottom r_top)²" if isinstance(restitution, Restitutions) else "r⁴"
+    label = f"1 − |tr|/(1 + {determinant}) [%]"
+    figure, axes = _of_stable(drawing, 100 * shares, "viridis", label, (0.0, 100.0))
+    return _finished(figure, axes, drawing, _types(drawing, Stability.UNSTABLE_NODE))
+
+
+def _voltage(drawing: MapFigure) -> Figure:
+    volts = drawing.raster.columns["u_ave_v"]
+    power = prefix([volts])
+    figure, axes = _of_stable(drawing, volts / 10.0**power, "cividis", f"Uₐᵥₑ [{PREFIXES[power]}V]")
+    return _finished(figure, axes, drawing, _types(drawing, Stability.UNSTABLE_NODE))
+
+
+def _from_rest(drawing: MapFigure) -> Figure:
+    code = drawing.raster.columns["from_rest"]
+    figure, axes = _blank(drawing)
+    colors = ListedColormap([OUTCOMES[each][1] for each in DESTINATIONS])
+    _fill(axes, drawing.raster, code, colors, -0.5, len(DESTINATIONS) - 0.5)
+    areas = [
+        Area(OUTCOMES[each][0], Pixel.like(OUTCOMES[each][1]), code == k)
+        for k, each in enumerate(DESTINATIONS)
+        if (code == k).any()
+    ]
+    # A stable motion that is not reached is where a design may seem good and is not.
+    note = drawing.said("missed", drawing.found) if drawing.found.missed else ""
+    return _finished(figure, axes, drawing, areas, note)
+
+
+def _shock(drawing: MapFigure) -> Figure:
+    columns = drawing.raster.columns
+    jump, searched, code = columns["least_jump_m_s"], columns["jump_searched_to_m_s"], columns["stability"]
+    power = prefix([jump])
+    figure, axes = _of_stable(drawing, jump / 10.0**power, "viridis", f"least shock [{PREFIXES[power]}m/s]")
+    stable = np.isfinite(code) & (code != Stability.UNSTABLE_NODE.code)
+    flat = ((np.isnan(jump) & np.isfinite(searched), NONE_FOUND), (stable & np.isnan(searched), NOT_TOLD))
+    areas = _types(drawing, Stability.UNSTABLE_NODE)
+    for cells, (words, color) in flat:
+        if cells.any():
+            _fill(axes, drawing.raster, np.where(cells, 1.0, np.nan), ListedColormap([color]), 0.0, 2.0)
+            areas.append(Area(words, color, cells))
+    return _finished(figure, axes, drawing, areas)
+
+
+DRAWN = {
+    "map-stability": _stability,
+    "map-margin": _margin,
+    "map-voltage": _voltage,
+    "map-from-rest": _from_rest,
+    "map-shock": _shock,
+}
+
+
+def _height() -> float:
+    """Height of a map with its axes [in]."""
+    return HEIGHT * min(1.0, sheet().width / 5)
+
+
+def _blank(drawing: MapFigure) -> tuple[NotebookFigure, Axes]:
+    """A figure with the axes of a map."""
+    figure, ((axes,),) = blank(1)
+    axes.patch.set(**NO_CELL)
+    raster, room = drawing.raster, min(HEIGHT, sheet().across)
+    for axis, name, values in zip((axes.xaxis, axes.yaxis), drawing.plan.named, (raster.x, raster.y), strict=True):
+        edges = _edges(np.sort(values))
+        axis.set_ticks(*round_ticks(edges.min(), edges.max(), room))
+        axis.set_label_text(name.label)
+    return figure, axes
+
+
+def _fill(axes: Axes, raster: Raster, values: Floats, colors: str | ListedColormap, low: float, high: float) -> None:
+    """Colour the cells that have a value; the scale of the colours goes from `low` to `high`."""
+    i, j = np.argsort(raster.x), np.argsort(raster.y)
+    masked = np.ma.masked_invalid(values[np.ix_(j, i)])
+    edges = _edges(raster.x[i]), _edges(raster.y[j])
+    axes.pcolorfast(*edges, masked, cmap=colors, norm=Normalize(low, high), zorder=0.5)
+
+
+def _edges(values: Floats) -> Floats:
+    """Borders between cells: half way between their values."""
+    if len(values) == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    middle = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def _finished(figure: NotebookFigure, axes: Axes, drawing: MapFigure, types: Sequence[Area], note: str = "") -> Figure:
+    """Draw the curves, white under each so that it shows on any colour, and the design point; name what there is.
+
+    Parameters
+    ----------
+    figure : NotebookFigure
+    axes : Axes
+    drawing : MapFigure
+    types : sequence of Area
+        Of cells of one colour.
+    note : str
+        A warning over the figure.
+    """
+    limits = axes.get_xlim(), axes.get_ylim()
+    paper = Paper(axes, panel_size(axes, _height()))
+    for locus in drawing.loci:
+        if locus.event is not Event.NODE_FOCUS:
+            axes.plot(*locus.points.T, color=Color.WHITE, linewidth=HALO, zorder=2.0, solid_capstyle="round")
+        look: Look = {"linewidth": LINE, "zorder": 2.5} | LOCI[locus.event][1]
+        axes.plot(*locus.points.T, **look)
+    axes.set(xlim=limits[0], ylim=limits[1])
+    for locus in drawing.loci:
+        paper.draw(locus.points)
+    entries: list[Entry] = []
+    if drawing.marked is not None:
+        names, at = drawing.plan.names, drawing.marked.inputs
+        by_axis = [[nearest_end for axis, nearest_end in drawing.marked.ends(names) if axis == k] for k in (0, 1)]
+        nearest = [
+            (k, min(of_axis, key=lambda nearest_end: abs(nearest_end.distance)))
+            for k, of_axis in enumerate(by_axis)
+            if of_axis
+        ]
+        ends = mark_design(axes, at, [(axis, end.sweep_value) for axis, end in nearest], on_pixels=True)
+        margins = [drawing.said("margin", end.distance, drawing.plan.named[axis]) for axis, end in nearest]
+        if not paper.mark(at, ends, margins, drawing.said("design_point"), bbox=OVER_CELLS):
+            entries.append((drawing.said("design_point"), DESIGN | {"markersize": 6.0}))
+    for area in types:
+        if not paper.name(_pixels(axes, drawing.raster, area.cells), area.name, every=False, color=area.ink):
+            entries.append((area.name, OF_CELLS | {"color": area.color}))
+    drawn = {locus.event for locus in drawing.loci}
+    entries += [(of, {"linewidth": LINE} | look) for kind, (of, look) in LOCI.items() if kind in drawn]
+    return finished(figure, _height(), [(note, Color.WARNING)] if note else [], [entries])
+
+
+def _pixels(axes: Axes, raster: Raster, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Some cells, of shape (len(y), len(x)), on a grid over the panel: from left to right, and upwards in a column."""
+    place = []
+    for values, limits in ((raster.x, axes.get_xlim()), (raster.y, axes.get_ylim())):
+        order, edges = np.argsort(values), _edges(np.sort(values))
+        middles = limits[0] + (limits[1] - limits[0]) * (np.arange(PIXELS) + 0.5) / PIXELS
+        place.append(order[np.clip(np.searchsorted(edges, middles) - 1, 0, len(values) - 1)])
+    return np.asarray(cells[np.ix_(place[1], place[0])].T)

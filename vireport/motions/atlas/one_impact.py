@@ -1,0 +1,70 @@
+"""Motions with one impact, on the bottom, in some forcing periods: all of a sweep, by a scan over the phase."""
+
+from __future__ import annotations
+
+from math import asin, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vireport.motions.atlas.surface import Candidates, room, search_end, within
+from vireport.motions.periodicity import Model
+from vireport.motions.sweep import Held
+from vireport.physics.groups import by_wall
+from vireport.physics.word import Word
+
+Floats = NDArray[np.float64]
+
+PARTS, HALVINGS = 256, 14
+"""Parts of the range of phases, and halvings of those that may hold an end of a family: less than a millionth of a
+radian around the end stays undecided."""
+
+
+def one_impact(model: Model, low: float, high: float, periods: int) -> Candidates:
+    """Find one motion of every family with one impact.
+
+    Parameters
+    ----------
+    model : Model
+        Of a capsule that is not horizontal.
+    low, high : float
+        Range of the coordinate.
+    periods : int
+        Forcing periods of the motion, k.
+
+    Notes
+    -----
+    By (2.11) and (2.12) over the one flight sin(phi) = a gbar, where a = pi k (1 - r)/(1 + r). After a time t the ball
+    is gbar t (2k - t)/2 + [cos(phi + pi t) - cos(phi)]/pi^2 above the bottom. Per radian of phi that changes by at most
+    k^2/(2a) + 3/pi^2: a phase at which the ball is beyond a membrane by some distance excludes others around it.
+    """
+    word = Word((1,), periods)
+    high = search_end(model, word, low, high)
+    r, _ = by_wall(model.r)
+    level, a = model.level, pi * periods * (1 - r) / (1 + r)
+
+    def above(phase: Floats) -> Candidates:
+        gbar = np.sin(phase) / a
+        velocity, d = 2 * periods * gbar / (1 + r), room(level, high, gbar) + 0 * gbar
+        excess = np.empty((0, len(d)))
+        return Candidates(word, velocity[None], phase[None] / pi, gbar, d, excess, model.r)
+
+    if level.held is Held.GBAR:
+        # gbar is held: sin(phi) = a gbar leaves two phases, each of one motion for all d that leave the ball its room.
+        sine = a * level.value
+        return within(above(np.array([asin(sine), pi - asin(sine)] if sine < 1 else [])), level, low, high)[0]
+    ratio = level.value if level.held is Held.RATIO else 0.0
+    slope = (periods**2 / 2 + 1 + ratio) / a + 3 / pi**2  # of the distance from the membranes and the ends of the sweep
+    side, parts = pi / PARTS, []
+    centre = np.linspace(side, 2 * pi - side, PARTS) / 2
+    for _ in range(HALVINGS):
+        motions = above(centre)
+        coordinate = motions.coordinate(level)
+        inside = np.minimum(motions.gap, np.minimum(coordinate - low, high - coordinate))
+        parts.append(np.stack([centre, inside]))
+        centre, side = centre[np.abs(inside) < slope * side / 2], side / 2
+        centre = np.concatenate([centre - side / 2, centre + side / 2])
+    whole = np.concatenate(parts, axis=1)
+    phase, inside = whole[:, np.argsort(whole[0])]
+    runs = np.flatnonzero(np.diff(inside > 0, prepend=False, append=False)).reshape(-1, 2)
+    return above(np.array([phase[i + np.argmax(inside[i:j])] for i, j in runs], dtype=float))

@@ -1,0 +1,227 @@
+"""What changed since a baseline: results.json of an earlier run against a scenario as it is now, for pull requests.
+
+Numbers count as the same within a relative tolerance and what their error bounds leave open. A critical point that
+has another label, because there is one more before it, is the same point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from pathlib import Path
+from sys import float_info
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from vireport.base.errors import UsageError
+from vireport.report.changes.quantities import QuantityGroup, bound_in_d, compared_scenarios
+from vireport.report.changes.sentences import since_baseline
+from vireport.report.changes.table import Axes, ComparisonRow, axes_of, comparison_rows
+from vireport.study.earlier import read_earlier
+from vireport.study.results import SCHEMA_VERSION
+from vireport.study.study import Study, require_study
+from vireport.text.foreign import visible
+from vireport.text.said import Said
+
+RELATIVE = 1e-6
+"""Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
+
+LONGEST_TEXT = 200
+"""Characters of a text of a baseline that are shown."""
+
+REQUIRED_KEYS = (
+    *("schema_version", "scenario", "branches", "critical_points"),
+    *("stable_range", "design_point", "alerts"),
+)
+
+PointData = Mapping[str, Any]
+"""A critical point, or the margin to one, as results.json has it."""
+
+
+def read_baseline(path: str | Path) -> dict[str, Any]:
+    """Read the results of an earlier run from its results.json or its report, or from standard input ("-").
+
+    They are compared with themselves, so that what they lack is found before a scenario is solved.
+
+    Raises
+    ------
+    UsageError
+        Where the file is not there, or is none.
+    """
+    earlier = read_earlier(str(path))
+    require_comparable(earlier.results, earlier.file)
+    return dict(earlier.results)
+
+
+def require_comparable(baseline: Any, name: str) -> None:
+    """Raise UsageError unless a baseline can be compared, found out on itself: what is missing may lie deep inside."""
+    _require_results(baseline, name)
+    _changed_rows(baseline, baseline, RELATIVE, name)
+
+
+def _require_results(baseline: Any, name: str = "baseline") -> None:
+    """Raise UsageError, saying what is missing, unless this is results.json of a version that is understood."""
+    if not isinstance(baseline, Mapping):
+        raise UsageError(f"{name}: is no results.json (a block of keys)")
+    if missing := [key for key in REQUIRED_KEYS if key not in baseline]:
+        raise UsageError(f"{name}: is no results.json of vireport: {', '.join(missing)} missing")
+    version = baseline["schema_version"]
+    if version != SCHEMA_VERSION:
+        text = visible(repr(version), LONGEST_TEXT)
+        raise UsageError(f"{name}: schema_version {text} is not understood (allowed: {SCHEMA_VERSION})")
+    _require_finite(baseline, name)
+
+
+def _require_finite(baseline: Any, name: str) -> None:
+    """Raise UsageError where a number is none, or is larger than any double: nothing can be compared with it."""
+    waiting = [("", baseline)]  # a list, as a file may be nested deeper than Python calls
+    while waiting:
+        path, value = waiting.pop()
+        if isinstance(value, Mapping):
+            waiting += [(f"{path}.{key}" if path else str(key), value[key]) for key in value]
+        elif isinstance(value, list | tuple):
+            waiting += [(f"{path}[{k}]", entry) for k, entry in enumerate(value)]
+        elif isinstance(value, int | float) and not -float_info.max <= value <= float_info.max:
+            text = visible(repr(value) if isinstance(value, float) else "an integer beyond all doubles")
+            raise UsageError(f"{name}: {visible(path, LONGEST_TEXT)} is {text} (results have finite numbers only)")
+
+
+def diff(
+    baseline: Mapping[str, Any], study: Study | Mapping[str, Any], relative: float = RELATIVE
+) -> tuple[ComparisonRow, ...]:
+    """What changed beyond tolerance since a baseline: rows with the value before and the value now.
+
+    Parameters
+    ----------
+    baseline : mapping
+        results.json of an earlier run, as data.
+    study : Study or mapping
+        Of the scenario as it is now; or results.json of another run, as data.
+    relative : float
+        Relative difference up to which two numbers are the same; error bounds are added to it.
+
+    Raises
+    ------
+    UsageError
+        Where the baseline is no results.json, lacks something that is compared, or has a number that is not finite;
+        and where the tolerance is none.
+    """
+    if not 0 <= relative < inf:
+        raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
+    if not isinstance(study, Mapping):
+        require_study(study)
+    _require_results(baseline)
+    return _changed_rows(baseline, study if isinstance(study, Mapping) else study.to_dict(), relative)
+
+
+def _changed_rows(
+    baseline: Mapping[str, Any], now: Mapping[str, Any], relative: float, name: str = "baseline"
+) -> tuple[ComparisonRow, ...]:
+    try:
+        # Where a damaged baseline overflows, NumPy would warn, go on with inf or nan, and compare these as numbers.
+        with np.errstate(all="raise"):
+            return changes(baseline, now, relative)
+    except (KeyError, TypeError, AttributeError, IndexError, ValueError, ArithmeticError) as error:
+        what = visible(f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error), LONGEST_TEXT)
+        raise UsageError(f"{name}: is no results.json of vireport: {what}") from error
+
+
+def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RELATIVE) -> tuple[ComparisonRow, ...]:
+    """Compare two results, as data: what is not the same, by groups, of each what changed most first.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        Where one lacks what results.json has.
+    """
+    scenarios = compared_scenarios({"before": _relabelled(old, new, relative), "after": new})
+    always = Axes(axes_of(scenarios.values(), relative).always)
+    return tuple(_since_baseline(row) for row in comparison_rows(scenarios, always, relative) if _has_changed(row))
+
+
+def _has_changed(row: ComparisonRow) -> bool:
+    """Tell whether a row has changed; of the stable motions at the design point their names say so, not their count."""
+    if row.group is QuantityGroup.DESIGN_POINT and not row.is_statement:
+        return False
+    new_or_gone = (row.before is None) != (row.after is None)
+    return row.differs or (new_or_gone and all(cell.comparable for cell in row.cells))
+
+
+def _since_baseline(row: ComparisonRow) -> ComparisonRow:
+    """Give a row its change relative to the value before and its sentence, with texts of the baseline as inert text."""
+    cells = tuple(replace(cell, value=_plain(cell.value)) for cell in row.cells)
+    before, after = (cell.value for cell in cells)
+    numbers = isinstance(before, float) and isinstance(after, float)
+    change = (after - before) / abs(before) if numbers and before and row.group is not QuantityGroup.MARGIN else None
+    name = _visible(row.name)
+    said = since_baseline(name, (before, after), row.unit, change, row.group.exactness)
+    return replace(row, name=name, cells=cells, change=change, differs=True, said=said)
+
+
+def _visible(name: Any) -> Any:
+    """A name with the texts of a baseline as inert text."""
+    if isinstance(name, Said):
+        return replace(name, values=tuple(map(_visible, name.values)))
+    return visible(name, LONGEST_TEXT) if isinstance(name, str) else name
+
+
+def _plain(value: Any) -> float | str | None:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if isinstance(value, list | tuple):
+        return visible(", ".join(map(str, value)), LONGEST_TEXT)
+    return None if value is None else visible(str(value), LONGEST_TEXT)
+
+
+def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> dict[str, Any]:
+    """Give the critical points of old results the labels that the same points have in the new ones.
+
+    A point that is gone keeps its label, unless another point has it now.
+    """
+    taken = [_name(point) for point in new["critical_points"]]
+    clashing = [point["label"] for point in old["critical_points"] if _name(point) in taken]
+    labels: dict[Any, Any] = {label: Said("of_baseline", (label,), "quantities") for label in clashing}
+    labels |= {point["label"]: match["label"] for point, match in _paired(old, new, relative)}
+
+    def named(points: Sequence[PointData]) -> list[PointData]:
+        return [{**point, "label": labels.get(point["label"], point["label"])} for point in points]
+
+    relabelled = {**old, "critical_points": named(old["critical_points"])}
+    if old["scenario"].get("sweep") and old["design_point"] is not None:
+        relabelled["design_point"] = {**old["design_point"], "margins": named(old["design_point"]["margins"])}
+    return relabelled
+
+
+def _name(point: PointData) -> tuple[str, str, str]:
+    return point["label"], point["kind"], point["family"]
+
+
+def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> list[tuple[PointData, PointData]]:
+    """Pair critical points of before and now: first those in the same place, then those of the same label.
+
+    One more point before them shifts the labels of all that follow, so that a label alone pairs the wrong ones.
+    """
+    swept = [(results["scenario"].get("sweep") or {}).get("parameter") for results in (old, new)]
+    column = "sweep_value" if swept[0] == swept[1] else "d"
+
+    def bound(point: PointData) -> float:
+        value, error = float(point["sweep_value"]), float(point["error_bound"])
+        return error if column == "sweep_value" else bound_in_d(float(point["d"]), value, error)
+
+    def same_place(point: PointData, other: PointData) -> bool:
+        x, y = float(point[column]), float(other[column])
+        return abs(y - x) <= relative * max(abs(x), abs(y)) + bound(point) + bound(other)
+
+    left, right = list(old["critical_points"]), list(new["critical_points"])
+    pairs: list[tuple[PointData, PointData]] = []
+    for same in (same_place, lambda point, other: _name(point) == _name(other)):
+        for point in list(left):
+            alike = (other for other in right if _name(other)[1:] == _name(point)[1:])
+            match = next((other for other in alike if same(point, other)), None)
+            if match is not None:
+                pairs.append((point, match))
+                left.remove(point)
+                right.remove(match)
+    return pairs

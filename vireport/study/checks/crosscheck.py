@@ -1,0 +1,338 @@
+"""The simulation beside the analytic solution: whether it ends where the formulae say, and where else it ends.
+
+The simulation knows nothing of the formulae: that both agree is evidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base.records import brief
+from vireport.base.shares import share_interval
+from vireport.design.solution import Solution
+from vireport.motions.diagram import BifurcationDiagram
+from vireport.motions.one_to_one import Motions, motions_of
+from vireport.motions.pointwise import find_motions
+from vireport.physics.device import Device
+from vireport.physics.groups import Groups, map_restitution
+from vireport.physics.numbers import wrapped
+from vireport.scenario.blocks import Direction, SimulationBlock
+from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import Attractor, Diagram, Outcome, attractors, diagram, find_attractor, motion_name
+from vireport.simulation.events import BOTTOM, Impact, start_of
+from vireport.simulation.starts import random_starts, start_speed
+from vireport.simulation.trajectories import Portrait as Portrait
+from vireport.simulation.trajectories import portrait
+from vireport.study.checks.hysteresis import Hysteresis, follow_sweep
+from vireport.text.formatting import OF_A_MODEL
+
+if TYPE_CHECKING:
+    from vireport.base.progress import Progress
+
+Floats = NDArray[np.float64]
+
+ASIDE = 1e-6
+"""Relative change of the velocity by which a simulation starts beside the orbit that it is to end on."""
+
+SEED = 20190301
+"""Seed of the starting states: each value of the swept parameter has its own, equal in every run."""
+
+REACHED = 1e-6
+"""Distance, in phase [rad] and velocity [y_c], up to which a simulated cycle is one of the analytic orbits."""
+
+
+class Miss(Struct, frozen=True):
+    """A stable admissible orbit on which the simulation did not end."""
+
+    sweep_value: float
+    outcome: str
+
+
+class MotionCount(Struct, frozen=True):
+    """A kind of motion, and how many simulated starts end in it.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    word : str
+        "" where it is not periodic.
+    period : int
+        In forcing periods; 0 where it is not periodic.
+    count : int
+        Starts that end so.
+    low, high : float
+        Least and largest value of the parameter at which one does.
+    """
+
+    outcome: Outcome
+    word: str
+    period: int
+    count: int
+    low: float
+    high: float
+
+    @property
+    def name(self) -> str:
+        """The word and its period, or what the motion is where it has none."""
+        return motion_name(self.outcome, self.word, self.period)
+
+    @property
+    def stays(self) -> bool:
+        """Whether the ball is on a membrane for a part of it, or for ever."""
+        return self.outcome in (Outcome.STICKING, Outcome.REST, Outcome.HELD)
+
+
+class CrossCheck(Struct, frozen=True, eq=False):
+    """What the simulation found along a sweep, or at a design point.
+
+    Attributes
+    ----------
+    parameter : str
+        The one that is varied (``length_m`` where nothing is swept).
+    values, d, gbar : ndarray (n,)
+        Where it was simulated.
+    restitution : float
+    start_speed : ndarray (n,)
+        Largest velocity of the random starts at each value [y_c].
+    found : tuple of tuples of Attractor
+        For each value, what each start leads to.
+    orbits : int
+        Stable admissible orbits that were checked.
+    velocity_difference, phase_difference : float
+        Largest ones between an orbit and the cycle simulated beside it [y_c, rad].
+    misses : tuple of Miss
+        Orbits that the simulation left.
+    tolerance : float
+        Up to which both agree.
+    trials, reached : int
+        Starts where there is a stable admissible orbit, and those of them that lead to a 1:1 motion.
+    motions : tuple of MotionCount
+        Of all starts, most frequent first.
+    elsewhere : tuple of MotionCount
+        Of the trials that do not lead to a 1:1 motion.
+    diagram : Diagram or None
+        Its index refers to `values`.
+    hysteresis : Hysteresis or None
+        What is met where each value goes on from the last one.
+    portraits, displacements : tuple of Portrait
+        For figures 3 and 6.
+    """
+
+    parameter: Parameter
+    values: Floats
+    groups: Groups[Floats]
+    start_speed: Floats
+    found: tuple[tuple[Attractor, ...], ...]
+    orbits: int
+    velocity_difference: float
+    phase_difference: float
+    misses: tuple[Miss, ...]
+    tolerance: float
+    trials: int
+    reached: int
+    motions: tuple[MotionCount, ...]
+    elsewhere: tuple[MotionCount, ...]
+    diagram: Diagram | None
+    hysteresis: Hysteresis | None
+    portraits: tuple[Portrait, ...]
+    displacements: tuple[Portrait, ...]
+
+    __repr__ = brief
+
+    @property
+    def passed(self) -> bool:
+        """Whether every orbit was found again, within the tolerance."""
+        return not self.misses and max(self.velocity_difference, self.phase_difference) <= self.tolerance
+
+    @property
+    def step(self) -> float:
+        """Distance of neighbouring values, in the unit of the swept parameter."""
+        return float(np.ptp(self.values)) / max(len(self.values) - 1, 1)
+
+    def attractors(self) -> Iterator[tuple[float, Attractor]]:
+        """Values of the parameter with what was found there, from random starts and where the motion was followed."""
+        for value, ends in zip(self.values, self.found, strict=True):
+            yield from ((float(value), end) for end in ends)
+        for course in self.hysteresis.courses.values() if self.hysteresis is not None else ():
+            yield from ((stage.value, stage.attractor) for stage in course.stages)
+
+    @property
+    def share(self) -> tuple[float, float, float] | None:
+        """Share of the starts that reach a 1:1 motion, with its 95 % interval; None where there is none to reach.
+
+        The share is the mean over the values that have a stable motion. The starts are independent, so that the
+        number that reach it varies no more than a binomial one, and the interval holds the mean at least as often.
+        """
+        return share_interval(self.reached, self.trials) if self.trials else None
+
+
+def crosscheck(
+    solution: Solution, block: SimulationBlock, progress: Progress | None = None, seed: int = SEED
+) -> CrossCheck:
+    """Simulate along a sweep, or at a design point, and compare with the analytic motions.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of the analytic side. Where nothing is swept, the motions of the design point are checked.
+    block : Simulation
+        The scenario's block.
+    progress : callable, optional
+        Called with each step as it begins.
+    seed : int
+        Of the starting states.
+    """
+    say = progress or (lambda what: None)
+    device, parameter = solution.device, solution.parameter
+    values, orbits = _simulated_values(solution, block.samples)
+    groups = _of_each(device.groups(parameter, values), len(values))
+    speed = start_speed(groups.restitution, [_fastest(motions) for motions in orbits])
+    starts = random_starts(groups.d, speed, block.starts, seed)
+    say(f"simulating {len(values) * block.starts} starts")
+    reached = attractors(groups, starts, block.impacts)
+    say("checking the stable motions")
+    checked = [
+        _check(motions, _row(groups, i), device.period_ratio) for i, motions in enumerate(orbits) if motions is not None
+    ]
+    pairs = [pair for group, _ in checked for pair in group]
+    n = device.period_ratio
+    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in reached[i]]
+    elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
+    portraits = [_portrait(device, parameter, value, block.starts, seed) for value in block.portraits]
+    displacements = [_portrait(device, parameter, value, block.starts, seed) for value in block.displacement]
+    slowly = None
+    if block.follow is not Direction.NONE and solution.sweep is not None:
+        say("following the motion from value to value")
+        slowly = follow_sweep(solution.sweep, values.tolist(), block)
+    return CrossCheck(
+        parameter=parameter,
+        values=values,
+        groups=groups,
+        start_speed=speed,
+        found=tuple(reached),
+        orbits=sum(len(agreeing) + len(missed) for agreeing, missed in checked),
+        velocity_difference=max((pair[0] for pair in pairs), default=0.0),
+        phase_difference=max((pair[1] for pair in pairs), default=0.0),
+        misses=tuple(miss for _, misses in checked for miss in misses),
+        tolerance=block.tolerance,
+        trials=len(at_stable),
+        reached=len(at_stable) - len(elsewhere),
+        motions=_counted([(value, end) for value, row in zip(values, reached, strict=True) for end in row]),
+        elsewhere=_counted(elsewhere),
+        diagram=diagram(reached) if block.diagram else None,
+        hysteresis=slowly,
+        portraits=tuple(portraits),
+        displacements=tuple(displacements),
+    )
+
+
+def _of_each(groups: Groups[Any], count: int) -> Groups[Any]:
+    """Groups as arrays with a number for each of many values."""
+    return groups.map_numbers(lambda group: np.asarray(group) * np.ones(count))
+
+
+def _row(groups: Groups[Floats], index: int) -> Groups[float]:
+    """The groups at one of many values."""
+    return groups.map_numbers(lambda group: float(group[index]))
+
+
+def _simulated_values(solution: Solution, samples: int) -> tuple[Floats, list[Motions | None]]:
+    """Values of the parameter at which to simulate, evenly over a sweep, and the analytic motions there."""
+    if solution.diagram is not None:
+        values = np.linspace(solution.diagram.sweep.start, solution.diagram.sweep.end, samples)
+        return values, orbits_at(solution.diagram, values)
+    return np.array([float(solution.device.length_m)]), [solution.design.motions if solution.design else None]
+
+
+def _portrait(device: Device, parameter: Parameter, value: float, count: int, seed: int) -> Portrait:
+    groups = device.groups(parameter, value).as_floats()
+    starts = [start_of(row) for row in random_starts(groups.d, start_speed(groups.restitution), count, seed)[0]]
+    return portrait(groups, starts, parameter.place(value, OF_A_MODEL))
+
+
+def _fastest(motions: Motions | None) -> float:
+    """Velocity of the fastest impact among admissible motions, 0 where there is none."""
+    if motions is None:
+        return 0.0
+    # Starts reach as fast as the fastest motion, stable or not, or its basin might not be sampled.
+    speeds = np.maximum(motions.velocity_bottom, -motions.velocity_top)[motions.admissible_mask]
+    return float(speeds.max(initial=0.0))
+
+
+def _has_stable(motions: Motions | None) -> bool:
+    return motions is not None and bool(motions.stable_mask.any())
+
+
+def _counted(ends: Iterable[tuple[float, Attractor]]) -> tuple[MotionCount, ...]:
+    """Count what starts at values of the parameter end in, most frequent first."""
+    values: dict[tuple[Outcome, str, int], list[float]] = {}
+    for value, end in ends:
+        values.setdefault((end.outcome, end.word, end.period), []).append(float(value))
+    counts = (MotionCount(*kind, len(at), min(at), max(at)) for kind, at in values.items())
+    return tuple(sorted(counts, key=lambda motion: (-motion.count, motion.name)))
+
+
+def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | None]:
+    """The analytic motions at values of the swept parameter, all at once."""
+    sweep = diagram.sweep
+    groups = _of_each(sweep.device.groups(sweep.parameter, values), len(values))
+    # One restitution for all values: motions are then found five times as fast.
+    device = sweep.device
+    bounces = sweep.parameter.bounces
+    restitution = groups.restitution if bounces else device.restitution
+    groups_here = groups._replace(restitution=restitution, harmonics=device.harmonics)
+    everywhere = find_motions(groups_here, device.period_ratio)
+    at_values: list[Motions | None] = [None] * len(values)
+    for i in np.unique(everywhere.cell):
+        orbit = everywhere.orbit.select(everywhere.cell == i)
+        if bounces:
+            orbit = replace(
+                orbit, restitution=map_restitution(groups.restitution, itemgetter(np.full(len(orbit.u), i)))
+            )
+        motions = motions_of(sweep, orbit)
+        motions.sweep_value[:], motions.d[:], motions.gbar[:] = values[i], groups.d[i], groups.gbar[i]
+        at_values[i] = motions
+    return at_values
+
+
+def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[float, float]], list[Miss]]:
+    """Simulate from beside each stable orbit: differences of velocity and phase, and orbits not found again."""
+    differences, misses = [], []
+    for i in np.nonzero(motions.stable_mask)[0]:
+        # From beside the motion: started on it, an unstable one would be confirmed as well, as long as rounding keeps
+        # the ball there.
+        start = Impact(BOTTOM, float(motions.velocity_bottom[i]) * (1 + ASIDE), float(motions.phi_bottom[i]))
+        end = find_attractor(groups, start)
+        if not is_one_to_one(end, n):
+            misses.append(Miss(float(motions.sweep_value[i]), end.word or end.outcome.value))
+            continue
+        velocity, phase = difference(end, motions, int(i))
+        # There may be several stable 1:1 motions: another one is no agreement, however stable.
+        if max(velocity, phase) > REACHED:
+            misses.append(Miss(float(motions.sweep_value[i]), f"another {end.word} motion"))
+            continue
+        differences.append((velocity, phase))
+    return differences, misses
+
+
+def is_one_to_one(attractor: Attractor, n: int) -> bool:
+    """Whether an attractor is periodic with one impact on each membrane per n forcing periods."""
+    return attractor.cycle is not None and attractor.word == "BT" and attractor.period == n
+
+
+def difference(attractor: Attractor, motions: Motions, i: int) -> tuple[float, float]:
+    """Largest differences of velocity and phase at the two impacts, between a simulated cycle and an analytic orbit."""
+    cycle = attractor.cycle
+    if cycle is None:
+        return np.inf, np.inf
+    bottom, top = int(np.argmax(cycle.wall == BOTTOM)), int(np.argmax(cycle.wall != BOTTOM))
+    velocities = [cycle.velocity[bottom] - motions.velocity_bottom[i], cycle.velocity[top] - motions.velocity_top[i]]
+    phases = [cycle.phase[bottom] - motions.phi_bottom[i], cycle.phase[top] - motions.phi_top[i]]
+    return float(max(map(abs, velocities))), float(max(abs(wrapped(phase)) for phase in phases))

@@ -1,0 +1,368 @@
+"""What a scenario is judged by, and the lines of its acceptance table: limits, what they come to, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
+from vireport.design.point import DesignPoint
+from vireport.design.sensitivity import contact_share
+from vireport.design.solution import Solution
+from vireport.motions.one_to_one import impact_velocities
+from vireport.physics.groups import by_wall
+from vireport.physics.word import Word
+from vireport.scenario.blocks import LimitKind, RequirementsBlock
+from vireport.scenario.parameters import Parameter
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, print_rounded
+
+if TYPE_CHECKING:
+    from vireport.design.compliant.own_stiffness import OwnStiffness
+    from vireport.design.effects import Shifts
+    from vireport.design.followed import FollowedMotion
+    from vireport.design.from_rest import FromRest
+    from vireport.design.switched_on import SwitchedOn
+    from vireport.motions.families import Atlas, Family
+    from vireport.physics.motion import Motion
+    from vireport.study.checks.crosscheck import CrossCheck
+
+Floats = NDArray[np.float64]
+
+Remark = tuple[str, ...]
+"""Parts of a sentence; an input among them is its key in a text and its symbol and unit on a page."""
+
+
+END_MOVED = 4.0
+"""What an end of stable motion moves by with the membranes' own stiffness, over its value and over the share of the
+forcing period that contacts take: 3 and 4 for the lengths of the examples. Velocities and phases move by less."""
+
+FINEST = 5e-7
+"""Least relative error of numbers that are shown: no device is made, or measured, to more than six digits."""
+
+
+class Question(StrEnum):
+    """The questions that the verdict answers, in their order; those of additions come after them."""
+
+    ACCEPTED = "Are the requirements met?"
+    MOTION = "Is there stable motion?"
+    WHERE = "Where is the 1:1 motion stable?"
+    MARGIN = "With what margin?"
+    OWN_STIFFNESS = "And with compliant membranes?"
+    FROM_REST = "Is it reached from rest?"
+    REACHED = "Which starts reach it?"
+    VOLTAGE = "What voltage?"
+    SHAKER = "What must the shaker do?"
+    SIMULATED = "Does the simulation agree?"
+
+
+class Limit(Struct, frozen=True, eq=False):
+    """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions.
+
+    `usual` where the scenario does not give it.
+    """
+
+    kind: LimitKind
+    numbers: tuple[float, ...]
+    unit: str
+    words: tuple[str, ...] = ()
+    usual: bool = False
+
+    @property
+    def text(self) -> str:
+        """The limit in words, with its unit."""
+        return self.kind.value.format(*self.numbers, unit=self.unit, words=" or ".join(self.words))
+
+    @property
+    def value(self) -> float:
+        """The number of the limit; of a range, its width."""
+        return self.numbers[-1] - self.numbers[0] if self.kind is LimitKind.RANGE else self.numbers[0]
+
+    @property
+    def is_least(self) -> bool:
+        """Whether the least value counts, of several; else the largest does."""
+        return self.kind is LimitKind.AT_LEAST
+
+
+class Judgement(Struct, frozen=True, eq=False):
+    """What a requirement comes to.
+
+    Attributes
+    ----------
+    value : float or None
+        None where there is none, or what is required is not known. Of a range, how much of it is covered.
+    text : str
+        The value, with its unit, or what there is instead.
+    margin : float or None
+        How far the value is on the right side of the limit, in the limit's unit, negative on the wrong one; of a
+        range, how far stable motion goes beyond it.
+    passed : bool
+    remark : tuple of str
+        Where the value comes from, or why the requirement is not met.
+    error_bound : float
+        Of the value, and so of the margin; a requirement that it leaves undecided is not met.
+    """
+
+    value: float | None
+    text: str
+    margin: float | None
+    passed: bool
+    remark: Remark = ()
+    error_bound: float = 0.0
+
+    @property
+    def why(self) -> str:
+        """The remark as a sentence, parameters by their keys."""
+        return "".join(self.remark)
+
+
+class Criterion(Struct, frozen=True, eq=False):
+    """A line of the acceptance table.
+
+    `key` is the first where two belong together; `question` whose answer in the verdict it is held beside; `line` that
+    in the scenario's file, None where the limit was set over the file, or is the usual one.
+    """
+
+    key: str
+    title: str
+    question: str
+    limit: Limit
+    outcome: Judgement
+    line: int | None
+
+    def __repr__(self) -> str:
+        outcome = "met" if self.passed else "not met"
+        return f"<Criterion {self.title}, {self.limit.text}: {self.outcome.text}, {outcome}>"
+
+    @property
+    def passed(self) -> bool:
+        """Whether the requirement is met."""
+        return self.outcome.passed
+
+    @property
+    def names_motions(self) -> bool:
+        """Whether it says which motions may be stable, so that one that is may be another than the 1:1 motion."""
+        return self.limit.kind is LimitKind.WORDS
+
+    @property
+    def by_formulae(self) -> bool:
+        """Whether it limits voltages, energies or deflections, which are by the paper's formulae."""
+        return self.question == Question.VOLTAGE
+
+    @property
+    def margin_text(self) -> str:
+        """The margin with its sign and unit, "" where there is none."""
+        margin = self.outcome.margin
+        if margin is None:
+            return ""
+        return f"{'+' if margin >= 0 else ''}{print_rounded(margin)} {self.limit.unit}".rstrip()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The line as results.json has it."""
+        limit, outcome = self.limit, self.outcome
+        return {
+            "key": self.key,
+            "title": self.title,
+            "limit": limit.text,
+            "limit_value": limit.value if limit.numbers else None,
+            "unit": limit.unit,
+            "by_default": limit.usual,
+            "value": outcome.value,
+            "value_text": outcome.text,
+            "margin": outcome.margin,
+            "passed": outcome.passed,
+            "why": outcome.why,
+            "error_bound": outcome.error_bound,
+            "line": self.line,
+        }
+
+
+def unmet(criteria: Sequence[Criterion]) -> str:
+    """Name what is not met, without a full stop; "" where all is."""
+    failed = [criterion for criterion in criteria if not criterion.passed]
+    if not failed:
+        return ""
+    names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)
+    count = f"{len(failed)} of {len(criteria)} requirement{'s' if len(criteria) != 1 else ''}"
+    return f"{count} {'is' if len(failed) == 1 else 'are'} not met: {names}"
+
+
+class Evidence(Struct, frozen=True, eq=False, dict=True):
+    """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
+
+    `switched_on` is what the device does when it is switched on, `effects` how far what the model leaves out moves the
+    nearest end.
+    `findings` are what each addition to the study found, by its name.
+    `criteria` are the requirements that were judged already, `required` those that are being judged, if any are.
+    """
+
+    solution: Solution
+    crosscheck: CrossCheck | None = None
+    atlas: Atlas | None = None
+    own_stiffness: OwnStiffness | None = None
+    criteria: tuple[Criterion, ...] = ()
+    required: RequirementsBlock | None = None
+    switched_on: SwitchedOn | None = None
+    effects: Shifts | None = None
+    findings: Mapping[str, Any] = {}
+
+    __repr__ = brief
+
+    @cached_property
+    def stable(self) -> list[tuple[Family, Motion]]:
+        """The stable motions that are known at the design point, with their families.
+
+        Raises
+        ------
+        NumericalError
+            Where none were followed there.
+        """
+        design, sweep = self.solution.design, self.solution.sweep
+        if self.atlas is None or design is None or sweep is None:
+            raise NumericalError("no motions were followed")
+        if not min(sweep.start, sweep.end) <= design.value <= max(sweep.start, sweep.end):
+            raise NumericalError("the design point is not within the sweep, along which motions are followed")
+        return self.atlas.stable_at(design.value)
+
+    @property
+    def only_one_to_one(self) -> bool:
+        """Whether no motion but 1:1 is to be judged: no other is allowed, or stable at the design point."""
+        one_to_one = "BT", self.solution.device.period_ratio
+        return not self.allowed or all(
+            (family.word.letters, family.word.periods) == one_to_one for family, _ in self.stable
+        )
+
+    @property
+    def from_rest(self) -> FromRest | None:
+        """What the device comes to at the design point when it is switched on; None where that is not known."""
+        return self.switched_on.from_rest if self.switched_on is not None else None
+
+    @property
+    def from_rest_along(self) -> tuple[FromRest, ...]:
+        """What it comes to along a sweep without a design point, each once; empty where that was not looked for."""
+        if self.switched_on is None or self.solution.design is not None:
+            return ()
+        return self.switched_on.outcomes_over_sweep
+
+    @property
+    def reached(self) -> FollowedMotion | None:
+        """The motion of another word that it comes to from rest, where no 1:1 motion is stable."""
+        return self.switched_on.reached if self.switched_on is not None else None
+
+    @property
+    def by_starts(self) -> tuple[FollowedMotion, ...]:
+        """Stable motions that only some starts in flight come to, where no other is known."""
+        return self.switched_on.by_starts if self.switched_on is not None else ()
+
+    @property
+    def required_motions_met(self) -> bool:
+        """Whether it was required which motions may be stable, and is met."""
+        return any(criterion.names_motions and criterion.passed for criterion in self.criteria)
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether the device comes from rest to the 1:1 motion or, where words are required, to one of these."""
+        end = self.from_rest
+        if end is None or not self.allowed:
+            return end is not None and end.reached
+        return end.is_motion and self.allows(end.word)
+
+    @cached_property
+    def allowed(self) -> set[str]:
+        """The words that are required, each as the one that stands for its rotations and mirror image."""
+        words = self.required.allowed if self.required is not None else ()
+        return {Word.of(word).canonical(self.solution.horizontal).letters for word in words}
+
+    def allows(self, word: str) -> bool:
+        """Whether a motion without rest has one of the words that are required."""
+        return Word.of(word).canonical(self.solution.horizontal).letters in self.allowed
+
+    @property
+    def design(self) -> DesignPoint:
+        """The design point, with stable motion there.
+
+        Raises
+        ------
+        NumericalError
+            Where there is none.
+        """
+        design = self.solution.design
+        if design is None or not design.motions.stable_mask.any():
+            raise NumericalError("there is no stable 1:1 motion at the design point")
+        return design
+
+    @cached_property
+    def impacts(self) -> tuple[Floats, Floats, Floats]:
+        """Velocities at the bottom and at the top [m/s] and frequencies [Hz] of the stable motions.
+
+        At the design point where there is one, else along the sweep; empty where no motion is stable.
+        """
+        solution = self.solution
+        groups = [branch.motions for branch in solution.branches]
+        columns = [(np.empty(0),) * 3]
+        for motions in groups if solution.design is None else [solution.design.motions]:
+            stable = motions.stable_mask
+            bottom, top = impact_velocities(solution.device, solution.parameter, motions)
+            frequency = solution.device.at(solution.parameter, motions.sweep_value)[Parameter.FREQUENCY]
+            columns.append((bottom[stable], top[stable], np.broadcast_to(frequency, len(stable))[stable]))
+        bottom, top, frequency = (np.concatenate(column) for column in zip(*columns, strict=True))
+        return bottom, top, frequency
+
+    @cached_property
+    def exactness(self) -> Exactness:
+        """How exact all numbers are that the model of rigid impacts gives.
+
+        Their error is the largest of what long contacts, the membranes' own stiffness and the neglected effects move,
+        as far as these are known. Up to a per cent of it is told by the digits. What is more moves neighbouring designs
+        alike; pages say how much it is.
+        """
+        share, compliant, effects = self.contact_share, self.own_stiffness, self.effects
+        if share is None:
+            return OF_A_MODEL
+        errors = [FINEST, END_MOVED * share]
+        errors += [end.moved / abs(end.rigid) for end in compliant.ends if end.rigid] if compliant is not None else []
+        errors += [abs(row.relative) for row in effects.rows if row.relative is not None] if effects is not None else []
+        return Exactness(min(max(errors), OF_A_MODEL.relative))
+
+    @cached_property
+    def contact_share(self) -> float | None:
+        """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
+
+        Along the sweep where none is stable at the design point. None without a ball mass, without stable motion, and
+        where the restitution has no contact law.
+        """
+        membrane, (bottom, top, frequency) = self.solution.membrane, self.impacts
+        if not bottom.size:
+            bottom, top, frequency = Evidence(replace(self.solution, design=None)).impacts
+        if membrane is None or not bottom.size:
+            return None
+        device = self.solution.device
+        if device.alike and device.law is None:
+            return contact_share(np.minimum(bottom, -top), membrane, device.restitution, frequency)
+        if (law := device.law) is not None:
+            impacts = [*((1, v) for v in bottom.tolist()), *((-1, v) for v in top.tolist())]
+            shares = [
+                contact_share(np.array([abs(v)]), membrane, law.at(wall, v)[0], np.array([f]))
+                for (wall, v), f in zip(impacts, np.tile(frequency, 2), strict=True)
+            ]
+        else:
+            speeds = zip((bottom, -top), by_wall(device.restitution), strict=True)
+            shares = [contact_share(speed, membrane, r, frequency) for speed, r in speeds]
+        return max((share for share in shares if share is not None), default=None)
+
+
+def held_against(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:
+    """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
+    # Numbers of NumPy are no part of a judgement: neither is whether it is passed.
+    required, value, bound = limit.value, float(value), float(bound)
+    margin = value - required if limit.is_least else required - value
+    if margin >= 0 > margin - bound:
+        remark = (f"not decided: known to within {error_bound(bound)} {limit.unit} only; ", *remark)
+    return Judgement(value, f"{apart((value, required))[0]} {limit.unit}", margin, margin - bound >= 0, remark, bound)

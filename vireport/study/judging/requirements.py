@@ -1,0 +1,512 @@
+"""The requirements that there are: each is a row, by which a run and a search for the best design judge alike.
+
+A row has the key under which a scenario requires it, its title, the question that it answers, and its quantity. How it
+limits and what it needs is declared with the key (`scenario.Demand`). A requirement is met only where that is certain:
+what an error bound leaves open, what a failed cross-check puts in doubt and what cannot be evaluated is not met, and
+says why.
+
+A quantity judges one design by a run's results. Of many designs at once, as arrays, it gives the exact value, or only
+which surely fail; what is open then is judged one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache, cached_property
+from math import inf
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from vireport.base.errors import NumericalError
+from vireport.design.effects import Effect
+from vireport.motions.events import CRITICAL, Event
+from vireport.physics.device import Shaker
+from vireport.physics.numbers import ARRAYS, ROUNDED, UNIT
+from vireport.scenario.blocks import (
+    DEMANDS,
+    UNIT_OF_SWEPT,
+    Demand,
+    LeftOut,
+    LimitKind,
+    RequirementsBlock,
+    Scenario,
+    unit_of,
+)
+from vireport.scenario.loading import Loaded
+from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.judging.designs import Designs, keeps_motion
+from vireport.study.judging.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
+from vireport.study.judging.findings import findings, found_by
+from vireport.study.judging.impacts import Impacts, at_design, followed, largest, spread
+from vireport.study.judging.ranges import (
+    may_be_stable_over_inclinations,
+    may_be_stable_over_range,
+    may_change_little,
+    stable_over_inclinations,
+    stable_over_range,
+    u_ave_difference,
+    unit_of_swept,
+)
+from vireport.text.formatting import OF_INPUTS, ROUGHLY, percent, print_rounded, print_stated
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+LOCATED_SHARE = 1e-9
+"""Of an input, to which the end of a motion with something that the model leaves out is located in doubles."""
+
+SHAKER_ERROR = 10 * UNIT
+"""Relative rounding of what the shaker must do: of at most ten operations."""
+
+OF_RESTITUTION = {
+    LeftOut.RESTITUTION_BOTTOM: DesignInput.RESTITUTION_BOTTOM,
+    LeftOut.RESTITUTION_TOP: DesignInput.RESTITUTION_TOP,
+}
+"""The effects that are another value of an input: with these many designs are judged at once."""
+
+NOT_STABLE = "there is no stable 1:1 motion at the design point"
+"""Why what a stable motion does is not judged."""
+
+DISAGREEMENT = "the simulation does not agree with the solution"
+"""Why nothing is met where the cross-check fails."""
+
+
+class OfMotions(Struct, frozen=True, eq=False):
+    """A number of each stable motion at the design point, of which the worst counts; exact for arrays of designs.
+
+    Attributes
+    ----------
+    of : callable
+        The number, in the kind of number whose functions are its second argument.
+    grows : bool
+        Whether it grows with the speeds of the impacts, with the ball's mass and with the frequency, so that it is
+        bounded over boxes of designs.
+    """
+
+    of: Callable[[Impacts, Any], Any]
+    grows: bool = False
+
+    def judgement(self, results: Evidence, limit: Limit) -> Judgement:
+        """Hold the worst of the stable motions against a limit."""
+        if results.only_one_to_one:
+            number = self.of(at_design(results), ROUNDED)
+            values, bound = number.value.tolist(), float(number.error.max())
+            several = len(values) > 1
+            remark = (f"the {'least' if limit.is_least else 'largest'} of {len(values)} stable motions",) * several
+            return held_against(_worst(values, limit), limit, remark, bound)
+        families, numbers = zip(*((family, self.of(x, ROUNDED)) for family, x in followed(results)), strict=True)
+        values = [float(number.value) for number in numbers]
+        value, bound = _worst(values, limit), max(float(number.error) for number in numbers)
+        return held_against(value, limit, (f"of {families[values.index(value)].name}",), bound)
+
+    def slack(self, designs: Designs, limit: Limit) -> Floats:
+        """How far designs are on the right side of a limit, over it; negative on the wrong one, NaN without motion."""
+        return np.asarray(_slack(designs.worst(self.of(designs.impacts, ARRAYS), limit.is_least), limit))
+
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs meet a limit; without stable motion none does."""
+        return np.asarray(self.slack(designs, limit) >= 0)  # false of NaN
+
+
+class OfShaker(Struct, frozen=True, eq=False):
+    """What the shaker must do: a number that grows with the force and falls with mass and frequency, if it changes.
+
+    Of a free capsule it hangs on the ball's mass, the length and the inclination as well, and need not be monotonic.
+
+    Attributes
+    ----------
+    of : callable
+    error : float
+        Its relative rounding.
+    """
+
+    of: Callable[[Shaker], Any]
+    error: float = SHAKER_ERROR
+
+    def judgement(self, results: Evidence, limit: Limit) -> Judgement:
+        """Hold what is asked for at the design point, or else over the sweep, against a limit."""
+        value = self.of(results.solution.shaker)
+        return held_against(value, limit, bound=self.error * value)
+
+    def slack(self, designs: Designs, limit: Limit) -> Floats:
+        """How far designs are on the right side of a limit, over it; negative on the wrong one."""
+        value = self.of(designs.device.shaker(Parameter.LENGTH, designs.device.length_m))
+        return np.broadcast_to(_slack(value, limit), designs.count)
+
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs meet a limit."""
+        return np.asarray(self.slack(designs, limit) >= 0)
+
+
+def _worst(values: list[float], limit: Limit) -> float:
+    return min(values) if limit.is_least else max(values)
+
+
+def _slack(value: Any, limit: Limit) -> Any:
+    ratio = value / limit.value
+    return ratio - 1 if limit.is_least else 1 - ratio
+
+
+class OfMargin(Struct, frozen=True, eq=False):
+    """Distance of the nearest end of the stable motion, of some kinds, in whichever input; without one it is met.
+
+    A pitchfork at which another motion takes over ends it as well.
+    """
+
+    kinds: tuple[Event, ...]
+
+    def judgement(self, results: Evidence, limit: Limit) -> Judgement:
+        """Hold the least relative distance against a limit in per cent."""
+        design, device = results.design, results.solution.device
+        if design.unresolved_inputs:
+            names = ", ".join(design.unresolved_inputs)
+            raise NumericalError(f"rounding does not resolve where stable motion ends along {names}")
+        ends = design.limits(*self.kinds)
+        nearest = next((end for end in ends if end.relative is not None), None)
+        if nearest is None:
+            return Judgement(None, "none in any input", None, True)
+        remark = (
+            f"{nearest.name} at ",
+            nearest.parameter,
+            f" = {print_rounded(nearest.sweep_value, results.exactness)}",
+        )
+        bound = nearest.error_bound / float(device.value_of(nearest.parameter))
+        return held_against(100 * nearest.size, limit, remark, 100 * bound)
+
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs may have the margin; all others surely have not."""
+        return keeps_motion(designs, limit.value / 100)
+
+
+class OfRun(Struct, frozen=True, eq=False):
+    """What is known of one design only, by a run.
+
+    Attributes
+    ----------
+    judgement : callable
+        Holds the results against the limit. May raise NumericalError, which then is the remark.
+    before_run : callable or None
+        Of many designs, which may meet the limit; all others surely do not. None where only a run tells.
+    """
+
+    judgement: Callable[[Evidence, Limit], Judgement]
+    before_run: Callable[[Designs, Limit], Mask] | None = None
+
+    def may_meet(self, designs: Designs, limit: Limit) -> Mask:
+        """Which designs may meet a limit, before they are run."""
+        return np.ones(designs.count, dtype=bool) if self.before_run is None else self.before_run(designs, limit)
+
+
+class Requirement(Struct, frozen=True, eq=False, dict=True):
+    """A row of the table of what can be required.
+
+    Attributes
+    ----------
+    key : str
+        Of the scenario's block; the first, where several belong together.
+    title : str
+    question : str
+        Which answer of the verdict it is about.
+    quantity : OfMotions, OfShaker, OfMargin or OfRun
+    """
+
+    key: str
+    title: str
+    question: str
+    quantity: OfMotions | OfShaker | OfMargin | OfRun
+
+    @cached_property
+    def demand(self) -> Demand:
+        """What is declared with its keys."""
+        return next(demand for demand, keys in DEMANDS.items() if self.key in keys)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the scenario's block that give the limit."""
+        return DEMANDS[self.demand]
+
+    def limit(self, scenario: Scenario) -> Limit | None:
+        """What a scenario requires; None where it does not."""
+        required, kind = scenario.requirements, self.demand.kind
+        if required is None:
+            return None
+        if kind is LimitKind.WORDS:
+            return Limit(kind, (), "", required.allowed) if required.allowed else None
+        stated = [getattr(required, key) for key in self.keys]
+        if kind is LimitKind.HELD:
+            return Limit(kind, (), "") if stated[0] else None
+        if kind is LimitKind.AGREEMENT and stated[0]:
+            stated = [None if scenario.simulation is None else scenario.simulation.tolerance]
+        usual = None in stated and self._usual_holds(scenario)
+        if usual:
+            stated = [self.demand.usual]
+        if None in stated:
+            return None
+        unit = unit_of(RequirementsBlock.model_fields[self.key])
+        unit = unit_of_swept(scenario.parameter) if unit == UNIT_OF_SWEPT else unit
+        return Limit(kind, tuple(sorted(stated)), unit, usual=usual)
+
+    def _usual_holds(self, scenario: Scenario) -> bool:
+        """Whether the usual limit, if there is one, is of something that the scenario evaluates."""
+        at_design = scenario.value_of(scenario.parameter) is not None
+        return self.demand.usual is not None and at_design and all(_gives(scenario, need) for need in self.demand.needs)
+
+
+def _gives(scenario: Scenario, path: str) -> bool:
+    block: object = scenario
+    for key in path.split("."):
+        block = getattr(block, key, None)
+    return block is not None
+
+
+def required(scenario: Scenario) -> Iterator[tuple[Requirement, Limit]]:
+    """What a scenario requires, in the order of the acceptance table."""
+    for requirement in requirements():
+        limit = requirement.limit(scenario)
+        if limit is not None:
+            yield requirement, limit
+
+
+SPARED = "sweep", "simulation", "motions", "accuracy"
+"""Blocks that many designs of one scenario are judged without, where no requirement needs them."""
+
+
+def spared(pairs: Iterable[tuple[Requirement, Limit]], among: Iterable[str] = SPARED) -> set[str]:
+    """The blocks of a scenario, of some, without which what is required can be judged."""
+    demands = [requirement.demand for requirement, _ in pairs]
+    needed = {need.partition(".")[0] for demand in demands for need in demand.needs}
+    followed = {"motions"} if any(demand.kind is LimitKind.WORDS for demand in demands) else set()
+    return set(among) - needed - followed
+
+
+def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:
+    """Hold results against what their scenario requires; () where that is nothing."""
+    if loaded.scenario.requirements is None:
+        return ()
+    results = replace(evidence, required=loaded.scenario.requirements)
+    criteria = []
+    for requirement, limit in required(loaded.scenario):
+        judgement = _judgement(results, requirement, limit)
+        if limit.usual and judgement.value is None:
+            continue  # nothing is known that it would limit, and nobody has asked
+        lines = (loaded.line_of(f"requirements.{key}") for key in requirement.keys)
+        line = next((line for line in lines if line is not None), None)
+        what = requirement.key, requirement.title, requirement.question
+        criteria.append(Criterion(*what, limit, judgement, line))
+    return tuple(criteria)
+
+
+def _judgement(results: Evidence, requirement: Requirement, limit: Limit) -> Judgement:
+    """Judge a requirement; one that cannot be judged, or rests on a solution in doubt, is not met."""
+    try:
+        judgement = requirement.quantity.judgement(results, limit)
+    except NumericalError as error:
+        return Judgement(None, "not known", None, False, (str(error),))
+    if judgement.passed and results.crosscheck is not None and not results.crosscheck.passed:
+        return replace(judgement, passed=False, remark=(DISAGREEMENT,))
+    return judgement
+
+
+def _words(results: Evidence, limit: Limit) -> Judgement:
+    """Every stable motion known at the design point is an allowed one, and the device comes to such a one from rest."""
+    mirror, allowed = results.solution.horizontal, results.allowed
+    names = dict.fromkeys(family.name for family, _ in results.stable)
+    others = dict.fromkeys(
+        family.name for family, _ in results.stable if family.word.canonical(mirror).letters not in allowed
+    )
+    if not names:
+        raise NumericalError("no stable motion is known at the design point")
+    why = [f"stable there, and not allowed: {', '.join(others)}"] if others else []
+    end, reached = results.from_rest, results.is_reached
+    if end is not None:
+        settles = f" after {end.settles_after} periods" if reached and end.settles_after is not None else ""
+        why.append(f"from rest the device {'reaches it' if reached else f'comes to {end.name}'}{settles}")
+    if (share := _share_of_starts(results)) is not None:
+        # Not of what the device comes to: of the words that are required.
+        why.append(f"so do {share}" if reached else f"to {' or '.join(limit.words)} come {share}")
+    return Judgement(None, ", ".join(names), None, reached and not others, ("; ".join(why),))
+
+
+def _share_of_starts(results: Evidence) -> str | None:
+    """How many random starts come to an allowed motion, at the design point or the simulated value nearest to it."""
+    for finding, attracting in found_by(results.findings):
+        if (share := finding.share_of_starts(attracting, results)) is not None:
+            return str(share)
+    check, design = results.crosscheck, results.solution.design
+    if check is None or design is None:
+        return None
+    row = int(np.argmin(np.abs(check.values - design.value)))
+    ends = check.found[row]
+    count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
+    return f"{count} of {len(ends)} random starts at {design.parameter.place(float(check.values[row]))}"
+
+
+def _reached(results: Evidence, limit: Limit) -> Judgement:
+    """From rest the device comes to a motion that is allowed, or where none is named to the 1:1 motion."""
+    end = results.from_rest
+    if end is None:
+        raise NumericalError("there is no design point")
+    passed = results.is_reached
+    after = (f"after {end.settles_after} periods",) if passed and end.settles_after is not None else ()
+    return Judgement(None, end.name, None, passed, after)
+
+
+def _recovery(results: Evidence, limit: Limit) -> Judgement:
+    disturbances = results.switched_on
+    if disturbances is None or disturbances.recovery is None:
+        raise NumericalError(
+            NOT_STABLE if disturbances is None or disturbances.no_recovery is None else str(disturbances.no_recovery)
+        )
+    return held_against(disturbances.recovery.periods, limit, bound=disturbances.recovery.error_bound)
+
+
+def _distortion(results: Evidence, limit: Limit) -> Judgement:
+    """The least harmonic found or, where none ends stable motion, the largest that was looked at."""
+    distortions = results.solution.design.distortions if results.solution.design is not None else ()
+    if not distortions:
+        raise NumericalError(NOT_STABLE)
+    finite = [harmonic for harmonic in distortions if harmonic.share is not None]
+    if not finite:
+        return held_against(100 * distortions[0].searched_to, limit, ("none ends stable motion up to there",))
+    least = min(finite, key=lambda harmonic: harmonic.share or 0.0)
+    at = (f"of order {least.order}, at {print_rounded(least.phase_deg)} degrees: found by rays, not proved",)
+    return held_against(100 * (least.share or 0.0), limit, at, 100 * (least.error_bound or 0.0))
+
+
+def _with_effects(results: Evidence, limit: Limit) -> Judgement:
+    """The least margin with any of the effects; without stable motion with one of them it is nothing."""
+    shifts = results.effects
+    if shifts is None or shifts.end is None:
+        raise NumericalError(NOT_STABLE if shifts is None or shifts.absence is None else str(shifts.absence))
+    for shift in shifts.rows:
+        if not shift.computed and shift.least is None:
+            raise NumericalError(f"{shift.effect.left_out}: {shift.absence}")
+    least_margins = [(shift.least, shift.effect) for shift in shifts.rows if shift.least is not None]
+    if not least_margins:
+        raise NumericalError("none of the effects applies to the device")
+    least, worst = min(least_margins, key=itemgetter(0))
+    if least == inf:
+        return Judgement(None, "none in any input", None, True)
+    size = f" {percent(worst.size, OF_INPUTS, signed=True)}" if worst.size else ""
+    if worst.left_out is LeftOut.RESTITUTION_SPEED:
+        size = f" {print_stated(worst.size)}"
+    worst_is = (f"with {worst.left_out.replace('_', ' ')}{size}",)
+    return held_against(100 * least, limit, worst_is, 100 * LOCATED_SHARE)
+
+
+def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
+    """Which designs may keep a margin with each effect: those that do where a membrane has another restitution."""
+    kept, device, share = np.ones(designs.count, dtype=bool), designs.device, limit.value / 100
+    if device.law is not None or device.rubs:
+        return kept
+    for effect in Effect.requested(designs.scenario.effects):
+        varied = OF_RESTITUTION.get(effect.left_out)
+        if varied is not None:
+            rows = np.flatnonzero(kept)
+            part = designs.select(rows)
+            value = np.broadcast_to(part.device.value_of(varied) * (1 + effect.size), len(rows))
+            kept[rows] = keeps_motion(part.varied({varied: value}), share)
+    return kept
+
+
+def _agreement(results: Evidence, limit: Limit) -> Judgement:
+    check = results.crosscheck
+    if check is None:
+        raise NumericalError("there is no simulation")
+    again = (f"{check.orbits - len(check.misses)} of {check.orbits} stable orbits found again",)
+    if not check.orbits:
+        return Judgement(None, *again, None, False, ("there was no stable orbit to compare",))
+    difference = max(check.velocity_difference, check.phase_difference)
+    return Judgement(
+        difference,
+        f"largest difference {print_rounded(difference, ROUGHLY)}",
+        limit.value - difference,
+        check.passed,
+        again,
+    )
+
+
+PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
+
+U_AVE = OfMotions(lambda motions, _: motions.average_v, grows=True)
+END_DIFFERENCE = OfMotions(lambda motions, ops: spread(motions.gains, ops))
+DEFLECTION = OfMotions(lambda motions, _: motions.deflection_m, grows=True)
+POWER = OfMotions(lambda motions, _: motions.power_mw, grows=True)
+DEFLECTION_SHARE = OfMotions(lambda motions, _: 100 / motions.active_radius_m * motions.deflection_m, grows=True)
+AREA_RATIO = OfMotions(
+    lambda motions, ops: (1 + largest(motions.gains, ops) / motions.bias_voltage_v) ** 0.5, grows=True
+)
+"""By (5.2) U_imp = (A/A0)^2 Uin."""
+EFFICIENCY = OfMotions(lambda motions, _: 100 * motions.efficiency)
+FIELD = OfMotions(lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True)
+
+REQUIREMENTS = (
+    Requirement(
+        "stable_from",
+        "Stable 1:1 motion over the range",
+        Question.WHERE,
+        OfRun(stable_over_range, may_be_stable_over_range),
+    ),
+    Requirement(
+        "inclination_from_deg",
+        "Stable 1:1 motion over the inclinations",
+        Question.WHERE,
+        OfRun(stable_over_inclinations, may_be_stable_over_inclinations),
+    ),
+    Requirement("margin_period_doubling_percent", "Margin to period doubling", Question.MARGIN, PERIOD_DOUBLING),
+    Requirement("margin_grazing_percent", "Margin to grazing", Question.MARGIN, GRAZING),
+    Requirement("margin_any_percent", "Margin to the end of stable motion", Question.MARGIN, OfMargin(CRITICAL)),
+    Requirement("word", "Stable motion at the design point", Question.MOTION, OfRun(_words)),
+    Requirement("reached_from_rest", "Reached from rest", Question.FROM_REST, OfRun(_reached)),
+    Requirement("recovers_within_periods", "Recovery from small disturbances", Question.FROM_REST, OfRun(_recovery)),
+    Requirement(
+        "margin_with_effects_percent",
+        "Margin with what is left out",
+        Question.MARGIN,
+        OfRun(_with_effects, _may_with_effects),
+    ),
+    Requirement("withstands_distortion_percent", "Distortion that is withstood", Question.MARGIN, OfRun(_distortion)),
+    Requirement("u_ave_at_least_v", "U_ave", Question.VOLTAGE, U_AVE),
+    Requirement(
+        "u_ave_difference_at_most_v",
+        "Difference of U_ave over the stable range",
+        Question.VOLTAGE,
+        OfRun(u_ave_difference, may_change_little),
+    ),
+    Requirement(
+        "u_bottom_top_difference_at_most_v", "Difference of voltage between the ends", Question.VOLTAGE, END_DIFFERENCE
+    ),
+    Requirement("deflection_at_most_m", "Deflection", Question.VOLTAGE, DEFLECTION),
+    Requirement(
+        "deflection_at_most_percent", "Deflection over the membrane's radius", Question.VOLTAGE, DEFLECTION_SHARE
+    ),
+    Requirement("area_ratio_at_most", "Area of a membrane over that when it is flat", Question.VOLTAGE, AREA_RATIO),
+    Requirement("power_at_least_mw", "Mean electrical power", Question.VOLTAGE, POWER),
+    Requirement("efficiency_at_most_percent", "Electrical efficiency", Question.VOLTAGE, EFFICIENCY),
+    Requirement("field_at_most_percent", "Electric field over breakdown field", Question.VOLTAGE, FIELD),
+    Requirement(
+        "acceleration_at_most_g",
+        "Acceleration of the shaker",
+        Question.SHAKER,
+        OfShaker(lambda shaker: shaker.acceleration_g),
+    ),
+    Requirement("stroke_at_most_m", "Stroke of the shaker", Question.SHAKER, OfShaker(lambda shaker: shaker.stroke_m)),
+    Requirement(
+        "force_at_most_n", "Force of the shaker", Question.SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)
+    ),
+    Requirement("crosscheck_passed", "Simulation agrees", Question.SIMULATED, OfRun(_agreement)),
+)
+"""All that can be required of the core, in the order of the acceptance table."""
+
+
+@cache
+def requirements() -> tuple[Requirement, ...]:
+    """All that can be required, in the order of the acceptance table, which is that of the keys."""
+    rows = (*REQUIREMENTS, *(row for finding in findings().values() for row in finding.requirements()))
+    order = list(RequirementsBlock.model_fields)
+    return tuple(sorted(rows, key=lambda row: order.index(row.key)))

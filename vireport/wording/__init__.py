@@ -1,1 +1,0 @@
-"""Sentences of templates as plain text, and where templates are looked for."""
