@@ -143,6 +143,7 @@ class Opening:
             f"{runs}; for every device within the tolerances that is not decided.": answer != "proved",
             f"{runs}; the margin with soft membranes is not known.": self.rigid_only,
             f"{runs}; the margin to use is less than required.": self.short,
+            f"{runs}; no margin is left to use.": self.small and self.use is not None and self.use[1] <= 0,
             f"{runs}; the margin is small.": self.small,
             f"{runs}; a membrane stretches farther than has been demonstrated.": self.area > DEMONSTRATED,
             f"{runs}; where that ends with soft membranes is not known.": bool(lost),

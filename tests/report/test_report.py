@@ -168,7 +168,8 @@ def test_the_verdict_carries_the_answer(study_of) -> None:
         "Mean voltage: 42.8 kV (by the paper’s formulae, extrapolated)",
     ]
     assert len(opening.lines) == 3
-    assert study_of("inclined-forcing").verdict.status == "caution"
+    gone = study_of("inclined-forcing").opening.worded()
+    assert (gone.status, gone.sentence) == ("caution", "It runs, and starts by itself; no margin is left to use.")
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -192,6 +192,9 @@ def _sentence(verdict: Verdict) -> Said:
         return Said("stable_in_sweep", (verdict, *solution.settable_ranges[:1]))
     if conclusion is Conclusion.STABLE and not verdict.motion.data.types:
         return Said("stable_as_required", (Said(_running(verdict)),))
+    margin = verdict.margin.data.to_use if verdict.margin is not None else None
+    if conclusion is Conclusion.MARGIN_SMALL and margin is not None and margin.gone:
+        return Said("margin_gone", (Said(_running(verdict)),))
     file = conclusion.words if isinstance(conclusion, AddedConclusion) else "opening"
     return Said(conclusion.name.lower(), (Said(_running(verdict)),), file)
 
