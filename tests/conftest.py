@@ -37,7 +37,18 @@ LONGEST_QUICK = 0.3
 
 OF_ADDITIONS = {
     "motions/atlas/test_given_words.py": {"map"},
-    "cli": {"certificates", "checks", "compare", "explore", "map", "membranes", "optimise", "outcomes", "verify"},
+    "cli": {
+        "certificates",
+        "checks",
+        "compare",
+        "explore",
+        "identify",
+        "map",
+        "membranes",
+        "optimise",
+        "outcomes",
+        "verify",
+    },
     "comparison/test_compare.py": {"outcomes"},
     "figures/test_figures_for_papers.py": {"compare", "map", "optimise"},
     "figures/test_readable_figures.py": {"checks", "compare", "map", "membranes"},
@@ -45,9 +56,10 @@ OF_ADDITIONS = {
     "bench/test_server.py": {"driven"},
     "bench/test_session.py": {"driven"},
     "study/judging/test_alerts.py": {"driven"},
-    "maps/test_map_evaluation.py": {"outcomes"},
-    "measurement/test_signals.py": {"tolerances"},
-    "report/test_in_a_browser.py": {"compare", "map", "optimise"},
+    "map/cells/test_map_evaluation.py": {"outcomes"},
+    "measurement/test_records.py": {"identify"},
+    "measurement/test_signals.py": {"identify", "tolerances"},
+    "report/test_in_a_browser.py": {"compare", "identify", "map", "optimise"},
     "scenario/test_bad_scenarios.py": {"checks", "outcomes", "tolerances"},
     "scenario/test_schema.py": {"checks", "membranes", "outcomes", "tolerances"},
     "simulation/test_impacts_by_speed.py": {"outcomes"},
@@ -58,7 +70,7 @@ OF_ADDITIONS = {
     "study/test_runs_with_harmonics.py": {"certificates", "checks", "map", "membranes", "tolerances"},
     "test_shown.py": {"compare", "map", "optimise", "outcomes", "proofs", "tolerances"},
     "test_shown_digits.py": {"tolerances"},
-    "text/test_words.py": {"compare", "map"},
+    "text/test_words.py": {"compare", "identify", "map"},
 }
 """Tests of several rooms at once, with the additions that they need."""
 

@@ -40,7 +40,7 @@ TELL_NO_RESULT = {
     "study/checks/paper.py": "compare with as many decimals as are in print",
     "verify/": "name cases by their inputs",
     "optimise/problem.py": "lines to be copied into a scenario",
-    "cli/identify_outputs.py": "a file of data",
+    "identify/outputs.py": "a file of data",
     "base/records.py": "a record in Python",
 }
 """Modules that set digits of numbers, and what for; none of a number that a study comes to."""

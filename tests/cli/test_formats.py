@@ -17,10 +17,12 @@ from vireport.cli.formats import RUN
 from vireport.study.plan import ALL_FORMATS
 from vireport.study.plan import FORMATS as OF_RUNS
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FILES = {
     "compare": ("comparison", "COMPARISON_FILES"),
     "map --over": ("map.chart", "CHART_FILES"),
     "map": ("map.cells", "MAP_FILES"),
+    "identify": ("identify", "IDENTIFY_FILES"),
     "optimise": ("optimise", "OPTIMISE_FILES"),
 }
 LINES = {
@@ -29,9 +31,9 @@ LINES = {
     "compare": ["design-point.yaml", "--vary", "inclination_deg=30,40"],
     "map --over": ["inclined.yaml", "--over", "length_m,inclination_deg"],
     "map": ["maps/map.yaml"],
+    "identify": ["measured.yaml", "--impacts", str(EXAMPLES / "measured-impacts.csv")],
     "optimise": ["best-design.yaml"],
 }
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 DECLARED = {formats.command: formats for name in adding("command") for formats in declared_command(name).formats}
 FORMATS = {"run": RUN, "check": CHECK, **DECLARED}
 

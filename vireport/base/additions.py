@@ -39,6 +39,7 @@ ROWS: Mapping[str, AdditionRow] = {
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",), after=("outcomes",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
+    "identify": AdditionRow(("identify",), ("command",)),
     "verify": AdditionRow(("verify",), ("command",), after=("checks",)),
     "compare": AdditionRow(("comparison",), ("command",)),
     "map": AdditionRow(("map",), ("command",)),

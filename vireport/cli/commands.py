@@ -18,7 +18,7 @@ from vireport.base.files import require_writable, writable, write_new
 from vireport.base.version import __version__
 from vireport.cli import options as given
 from vireport.cli.declared import Command, CommandPanel, DeclaredCommand, declared_command, formats_of
-from vireport.cli.formats import FIGURES, PAGES, RUN, CommandFormats, format_option
+from vireport.cli.formats import RUN, CommandFormats, format_option
 from vireport.cli.group import Program
 from vireport.cli.inputs import read_earlier_run, read_scenario
 from vireport.cli.options import default_folder, figure_width_mm, recorded, refuse_files_beside_json
@@ -28,10 +28,6 @@ from vireport.text.alerts import explanation
 _AnyFunction = TypeVar("_AnyFunction", bound=Callable[..., None])
 
 CHECK = CommandFormats("check", RUN.allowed, RUN.usual)
-
-IDENTIFY = CommandFormats(
-    "identify", (*PAGES, *FIGURES), (*PAGES, "png"), "identified.json, identified.yaml and impacts.csv"
-)
 
 NEW_FILE = "scenario.yaml"
 
@@ -164,50 +160,6 @@ def run(
         every_figure = bool(format_) or loaded.scenario.sweep is None
         outcome = run_outcome(
             loaded, (*formats, *added), command, templates, say, before, earlier, paper, width_mm, every_figure
-        )
-    deliver(outcome, folder, quiet)
-
-
-@_command(CommandPanel.MEASURED)
-def identify(
-    context: typer.Context,
-    scenario: given.Scenario,
-    impacts: given.Impacts = None,
-    record: given.Record = None,
-    clock: given.Clock = None,
-    free: given.Free = None,
-    set_: given.Set = None,
-    output: given.Folder = None,
-    json: given.Json = False,
-    format_: Annotated[list[str] | None, format_option(IDENTIFY)] = None,
-    templates: given.Templates = None,
-    paper: given.Paper = given.PaperSize.A4,
-    force: given.Force = False,
-    quiet: given.Quiet = False,
-    verbose: given.Verbose = False,
-) -> None:
-    """Identify restitutions and other inputs from measured impacts or raw signals, and test whether the model fits.
-
-    The exit code is 1 if the impacts contradict the model, and 3 if they do not determine what is asked for.
-    """
-    refuse_files_beside_json(context, "result")
-    loaded, _ = read_scenario(scenario, set_)
-    from vireport.cli import identify_outputs
-    from vireport.cli.outputs import file_names
-
-    if (impacts is None) == (record is None):
-        raise UsageError("either --impacts or --record is needed (allowed: one of them)")
-    command, folder = recorded(context), output or default_folder(scenario, "-identified")
-    formats = formats_of(IDENTIFY, format_)
-    if not json:
-        names = (*identify_outputs.DATA, *file_names(formats, identify_outputs.IDENTIFY_FILES))
-        if impacts is not None and Path(impacts).resolve() == (folder / identify_outputs.RECORD).resolve():
-            names = tuple(name for name in names if name != identify_outputs.RECORD)  # it is written as it is
-        require_writable(folder, names, force)
-    pages = identify_outputs.Pages(formats, templates, paper)
-    with progress(quiet, verbose) as say:
-        outcome = identify_outputs.outcome(
-            loaded, impacts, record, clock is not None, free or [], command, json, verbose, say, pages
         )
     deliver(outcome, folder, quiet)
 

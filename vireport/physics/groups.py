@@ -49,7 +49,7 @@ class Restitutions(Struct, frozen=True):
 
 
 class SpeedLaw(Struct, frozen=True):
-    """Restitution coefficients that fall with the speed of the impact, r (|Z'-|/`speed`)^`exponent` for each membrane.
+    """Restitution coefficients that fall with the speed of the impact, `r (|Z'-|/speed)^exponent` for each membrane.
 
     It is no number: code for constant restitutions fails with it instead of taking them for constant.
 

@@ -1,6 +1,6 @@
 """What an identification opens with: whether the record fits and what it gives, what to do, and four numbers.
 
-The macros that say it are in `templates/words/identify.j2`.
+The macros that say it are in `vireport/identify/templates/words/identify.j2`.
 """
 
 from __future__ import annotations

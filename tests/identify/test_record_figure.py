@@ -8,7 +8,7 @@ from conftest import EXAMPLES
 from matplotlib.colors import to_hex
 
 from vireport import load
-from vireport.figures.record import BOTTOM, TOP, figure_record
+from vireport.identify.record_figure import BOTTOM, TOP, figure_record
 from vireport.measurement.inquiry import inquiry_of
 from vireport.measurement.picking import filtered
 from vireport.measurement.signals import read_signals

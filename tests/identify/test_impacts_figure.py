@@ -9,8 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
-from vireport.figures import impacts
-from vireport.figures.impacts import figure_errors, figure_phases, impacts_picture
+from vireport.identify import impacts_figure as impacts
+from vireport.identify.impacts_figure import figure_errors, figure_phases, impacts_picture
 from vireport.measurement.flights import MeasuredImpacts
 from vireport.measurement.identification import Fitted, NoFit, Unfit
 from vireport.measurement.inquiry import Identification, Inquiry

@@ -12,10 +12,10 @@ from msgspec import Struct, to_builtins
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
-from vireport.cli.identify_opening import identified_opening, most_hidden, open_opening
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import file_names
 from vireport.design.measured import HeldHarmonics, MeasuredShare, held_harmonics, share_that_fits
+from vireport.identify.opening import identified_opening, most_hidden, open_opening
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable
 from vireport.measurement.inquiry import Identification, answered, inquiry_of
@@ -129,7 +129,7 @@ def outcome(
     others = file_names([task for task in IDENTIFY_FILES if task not in pages.formats], IDENTIFY_FILES)
     pictures: list[Picture] = []
     if signals is not None and not json:
-        from vireport.figures.record import record_picture
+        from vireport.identify.record_figure import record_picture
 
         say(WorkStep("drawing the record", PICKED_SHARE))
         pictures.append(record_picture(signals, pages.templates))
@@ -142,7 +142,7 @@ def outcome(
         """The outcome for a reader; a page says what is `opened` by its opening, and a terminal in numbers as well."""
         doubts = () if signals is None else record_alerts(signals.doubts)
         text = _text(opening, doubts, (*opened, *parts) if tables else (), pages.templates)
-        from vireport.cli.identify_page import IdentifyReport
+        from vireport.identify.page import IdentifyReport
         from vireport.report.rendering import render_files
 
         say("setting the report")
@@ -183,7 +183,7 @@ def outcome(
     failure = "" if answer.misfit.accepted else f"the data contradict the model: {WORDS('reason', answer.misfit)}"
     if json:
         return CommandOutcome(written, failure=failure, exit_code=bool(failure))
-    from vireport.figures.impacts import impacts_picture
+    from vireport.identify.impacts_figure import impacts_picture
 
     pictures.append(impacts_picture(answer, record, pages.templates))
     opening = identified_opening(answer, len(record.times), signals, share, held, record.unused)

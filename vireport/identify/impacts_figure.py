@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from vireport.figures.curves import Floats
 from vireport.figures.layout import MARGIN_X, blank, finished, fit_vertically, prefix, widened
-from vireport.figures.record import BOTTOM, TOP
 from vireport.figures.style import GUIDE, Color, Look, NotebookFigure, Picture, style
+from vireport.identify.record_figure import BOTTOM, TOP
 from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import Identification
 from vireport.measurement.records import Record

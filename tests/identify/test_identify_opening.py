@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from vireport.cli.identify_opening import identified_opening, open_opening
 from vireport.design.measured import MeasuredShare
+from vireport.identify.opening import identified_opening, open_opening
 from vireport.measurement.flights import MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit
 from vireport.measurement.inquiry import BOTH_MEMBRANES, Identification, Inquiry

@@ -1,0 +1,1 @@
+"""From measured impacts or raw signals to a device: the command, its files, its page and figures."""

@@ -1,0 +1,65 @@
+"""The command `vireport identify`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vireport.base.errors import UsageError
+from vireport.base.files import require_writable
+from vireport.cli import options as given
+from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
+from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
+from vireport.cli.inputs import read_scenario
+from vireport.cli.options import default_folder, recorded, refuse_files_beside_json
+from vireport.cli.outcome import deliver, progress
+
+IDENTIFY = CommandFormats(
+    "identify", (*PAGES, *FIGURES), (*PAGES, "png"), "identified.json, identified.yaml and impacts.csv"
+)
+
+
+def identify(
+    context: typer.Context,
+    scenario: given.Scenario,
+    impacts: given.Impacts = None,
+    record: given.Record = None,
+    clock: given.Clock = None,
+    free: given.Free = None,
+    set_: given.Set = None,
+    output: given.Folder = None,
+    json: given.Json = False,
+    format_: Annotated[list[str] | None, format_option(IDENTIFY)] = None,
+    templates: given.Templates = None,
+    paper: given.Paper = given.PaperSize.A4,
+    force: given.Force = False,
+    quiet: given.Quiet = False,
+    verbose: given.Verbose = False,
+) -> None:
+    """Identify restitutions and other inputs from measured impacts or raw signals, and test whether the model fits.
+
+    The exit code is 1 if the impacts contradict the model, and 3 if they do not determine what is asked for.
+    """
+    refuse_files_beside_json(context, "result")
+    loaded, _ = read_scenario(scenario, set_)
+    from vireport.cli.outputs import file_names
+    from vireport.identify import outputs
+
+    if (impacts is None) == (record is None):
+        raise UsageError("either --impacts or --record is needed (allowed: one of them)")
+    command, folder = recorded(context), output or default_folder(scenario, "-identified")
+    formats = formats_of(IDENTIFY, format_)
+    if not json:
+        names = (*outputs.DATA, *file_names(formats, outputs.IDENTIFY_FILES))
+        if impacts is not None and Path(impacts).resolve() == (folder / outputs.RECORD).resolve():
+            names = tuple(name for name in names if name != outputs.RECORD)  # it is written as it is
+        require_writable(folder, names, force)
+    pages = outputs.Pages(formats, templates, paper)
+    with progress(quiet, verbose) as say:
+        outcome = outputs.outcome(
+            loaded, impacts, record, clock is not None, free or [], command, json, verbose, say, pages
+        )
+    deliver(outcome, folder, quiet)
+
+
+COMMAND = DeclaredCommand("identify", identify, CommandPanel.MEASURED, (IDENTIFY,))
