@@ -16,9 +16,9 @@ import pytest
 from vireport import load
 from vireport.base.errors import UsageError
 from vireport.base.progress import WorkStep, counted, portion
-from vireport.cli import identify_outputs
 from vireport.cli.app import main
 from vireport.cli.outcome import progress
+from vireport.identify import outputs as identify_outputs
 from vireport.map.chart.over import chart_of
 from vireport.verify.catalogue import run_catalogue
 
