@@ -28,7 +28,7 @@ from vireport.report.rendering import render_html, render_pdf
 from vireport.scenario.loading import load
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 
 REQUIRED = ["requirements.margin_any_percent=1", "requirements.margin_period_doubling_percent=2"]
 NUMBER = re.compile(r"(?<![\d.])\d+\.\d+(?![\d.])")
@@ -80,7 +80,7 @@ def outputs_of_others(study: Study) -> Iterator[tuple[str, str]]:
 def test_a_critical_point_has_one_spelling_in_all_outputs() -> None:
     study = analyse(load(EXAMPLES / "inclined.yaml", REQUIRED))
     outputs = dict([*outputs_of_a_run(study), *outputs_of_others(study)])
-    expected = {name: print_rounded(value, study.verdict.exactness) for name, value in known(study).items()}
+    expected = {name: rounded_text(value, study.verdict.exactness) for name, value in known(study).items()}
     assert expected["B1 in length_m"] == "0.629"
     wrong = [
         f"{name} is {others} in {where}"
@@ -100,4 +100,4 @@ def test_a_run_has_one_spelling_of_its_ends_where_it_opens() -> None:
         [*study.opening.worded().text, study._repr_html_(), repr(study.solution), repr(study.solution.design)]
     )
     for name, value in known(study).items():
-        assert spellings(told, value) <= {print_rounded(value, study.verdict.exactness)}, name
+        assert spellings(told, value) <= {rounded_text(value, study.verdict.exactness)}, name

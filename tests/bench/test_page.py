@@ -19,7 +19,7 @@ from vireport.bench.session import first, loaded_of, opened, start_data
 from vireport.bench.widget import one_module
 from vireport.scenario.loading import load
 from vireport.study.study import analyse
-from vireport.text.formatting import percent, print_rounded
+from vireport.text.formatting import percent, rounded_text
 
 pytestmark = [pytest.mark.slow, needs_a_browser]
 
@@ -97,12 +97,12 @@ def test_what_the_page_shows_is_what_a_run_finds(page: Browser, name: str) -> No
         assert cells["Motion"].startswith(design["stability"][row])
         exactness = study.verdict.exactness
         assert texts(page, "td[data-name^='Impact velocity']") == [
-            f"{print_rounded(design['velocity_bottom'][row], exactness)}, "
-            f"{print_rounded(-design['velocity_top'][row], exactness)}"
+            f"{rounded_text(design['velocity_bottom'][row], exactness)}, "
+            f"{rounded_text(-design['velocity_top'][row], exactness)}"
         ]
         assert texts(page, "td[data-name^='Phase']") == [
-            f"{print_rounded(design['phi_bottom_rad'][row], exactness)}, "
-            f"{print_rounded(design['phi_top_rad'][row], exactness)}"
+            f"{rounded_text(design['phi_bottom_rad'][row], exactness)}, "
+            f"{rounded_text(design['phi_top_rad'][row], exactness)}"
         ]
         opening = study.opening.worded()
         assert texts(page, ".sentence") == [opening.sentence]

@@ -21,8 +21,8 @@ from vireport.text.formatting import (
     exact,
     measured,
     percent,
-    print_rounded,
     quantity,
+    rounded_text,
     words,
 )
 
@@ -55,7 +55,7 @@ def close(printed: Decimal, value: Decimal, half: Decimal) -> bool:
 
 @given(NONZERO, st.integers(1, 15))
 def test_no_number_is_shown_as_zero_or_one_that_is_neither(value: float, digits: int) -> None:
-    text = print_rounded(value, Exactness(0.5 * 10.0 ** (1 - digits)))
+    text = rounded_text(value, Exactness(0.5 * 10.0 ** (1 - digits)))
     assert parse(text) != 0
     if abs(value) != 1:
         assert abs(parse(text)) != 1
@@ -65,7 +65,7 @@ def test_no_number_is_shown_as_zero_or_one_that_is_neither(value: float, digits:
 @given(NONZERO, st.floats(1e-14, 1e2))
 def test_a_number_is_rounded_within_its_error_and_one_digit_more_would_be_noise(value: float, share: float) -> None:
     error = abs(value) * share
-    text = print_rounded(value, error)
+    text = rounded_text(value, error)
     off, last = abs(parse(text) - Decimal(repr(value))), 2 * half_a_unit(text)
     assert off <= Decimal(error) * Decimal("1.000001") or len(significand(text)) == 1
     short, whole = off <= abs(Decimal(value)) * Decimal("1e-14"), "." not in text and text.endswith("0")
@@ -78,7 +78,7 @@ def test_a_number_is_rounded_within_its_error_and_one_digit_more_would_be_noise(
 @given(NONZERO, st.floats(1e-12, 0.4))
 def test_all_numbers_of_a_study_have_the_digits_of_its_largest_error(value: float, relative: float) -> None:
     exactness = Exactness(relative)
-    text = print_rounded(value, exactness)
+    text = rounded_text(value, exactness)
     assert abs(parse(text) - Decimal(value)) <= abs(Decimal(value)) * Decimal(relative) * Decimal("1.000001")
     if abs(value) < 0.5 and "×" not in text:
         assert len(significand(text)) <= exactness.digits <= 2 - log10(2 * relative)
@@ -121,7 +121,7 @@ def test_numbers_that_differ_are_told_apart_by_what_they_differ_by(values: list[
     ],
 )
 def test_numbers_are_shown(value: float | None, error: float | Exactness, text: str) -> None:
-    assert print_rounded(value, error) == text
+    assert rounded_text(value, error) == text
 
 
 @given(FINITE)
@@ -161,7 +161,7 @@ def test_quantity_keeps_the_value(value: float, relative: float) -> None:
 
 @given(st.floats(1e-9, 1e9), st.integers(-6, 6), st.floats(1e-14, 0.4))
 def test_a_number_times_a_power_of_ten_is_rounded_once(value: float, power: int, relative: float) -> None:
-    text, expected = print_rounded(value, Exactness(relative), power), Decimal(value).scaleb(power)
+    text, expected = rounded_text(value, Exactness(relative), power), Decimal(value).scaleb(power)
     assert abs(parse(text) - expected) <= expected * Decimal(relative) * Decimal("1.000001") + expected / 10**14
 
 

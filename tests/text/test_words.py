@@ -43,7 +43,7 @@ from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.opening import WordedOpening, opening_of
 from vireport.study.judging.verdict import Conclusion, Status, verdict_of
 from vireport.study.plan import Addition, Task
-from vireport.text.formatting import OF_A_MODEL, ROUGHLY, print_rounded
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, rounded_text
 from vireport.text.said import Said
 from vireport.text.templates import ROOTS, TEMPLATES, Words, environment_of
 
@@ -495,7 +495,7 @@ def test_an_opening_is_worded(name: str, taken) -> None:
 
 
 FREQUENCY = thing(quantity="frequency", show=lambda value, error: f"{value:g} Hz")
-ANGLE = thing(quantity="inclination", show=lambda value, error: f"{print_rounded(value, error)}°")
+ANGLE = thing(quantity="inclination", show=lambda value, error: f"{rounded_text(value, error)}°")
 USE = thing(relative=0.0123, parameter=FREQUENCY)
 AT_2_HZ = thing(evidence=thing(solution=thing(device=thing(frequency_hz=2.0))))
 PLACED = thing(place=lambda end: "1.91 Hz", end_shown=lambda part, side: ("1.5 Hz", "2.5 Hz")[side], inequality=str)

@@ -26,7 +26,7 @@ from vireport.scenario.parameters import Parameter
 from vireport.study.judging.opening import WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.study.results import SWEEP_END
-from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, print_rounded, words, written
+from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, rounded_text, words, written
 from vireport.text.said import Said, spoken, words_of
 from vireport.text.tables import Table, numbers, texts
 
@@ -188,7 +188,7 @@ def _plain(text: str) -> str:
 def _numbers(row: ComparisonRow, part: slice, exactness: Exactness, templates: Path | None) -> Iterator[str]:
     """Print what some scenarios have of a quantity, in so many digits that all that differ are told apart."""
     values = [value for value in row.values if value is not None]
-    printed = apart(values, exactness) if row.change != 0 else [print_rounded(value, exactness) for value in values]
+    printed = apart(values, exactness) if row.change != 0 else [rounded_text(value, exactness) for value in values]
     texts = dict(zip(values, printed, strict=True))
     for cell in row.cells[part]:
         if cell.value is None:

@@ -22,7 +22,7 @@ from vireport.study.judging.opening import margin_said
 from vireport.study.judging.verdict import AddedConclusion, AnyConclusion
 from vireport.study.study import Study
 from vireport.text.foreign import visible
-from vireport.text.formatting import ABSENT, percent, print_rounded, quantity
+from vireport.text.formatting import ABSENT, percent, quantity, rounded_text
 from vireport.text.said import Said, spoken, words_of
 from vireport.text.tables import Table, numbers, texts
 
@@ -153,7 +153,7 @@ class Ranked(Struct, frozen=True, eq=False):
         if value is None:
             return ABSENT
         if merit is Merit.RECOVERY:
-            return _said("periods", print_rounded(-value))
+            return _said("periods", rounded_text(-value))
         if withstood is not None and withstood.jump_m_s is not None:
             return quantity(withstood.jump_m_s, "m/s")
         return _said("more_than", quantity(_withstands_all(self.study) or 0.0, "m/s"))

@@ -29,7 +29,7 @@ from vireport.physics.energy import Conversion, Voltages
 from vireport.physics.groups import Restitutions, SpeedLaw
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DesignInput, Parameter, ScalarInput
-from vireport.text.formatting import OF_A_MODEL, Exactness, apart, exact, print_rounded, quantity
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, exact, quantity, rounded_text
 
 Floats = NDArray[np.float64]
 
@@ -161,7 +161,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
             (
                 words,
                 "yes" if motions.admissible_mask[row] else "no",
-                *(print_rounded(float(column[row])) for column in numbers),
+                *(rounded_text(float(column[row])) for column in numbers),
                 quantity(float(gained[row]), "V"),
             )
             for row, words in enumerate(motions.words)

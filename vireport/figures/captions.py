@@ -28,7 +28,7 @@ from vireport.scenario.blocks import Approach
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.study.plan import AnyTask, Task
 from vireport.study.study import Study
-from vireport.text.formatting import exact, print_stated
+from vireport.text.formatting import exact, stated_text
 from vireport.text.templates import Words
 
 LAMBDA_LIMIT = 1.6
@@ -124,13 +124,13 @@ def restitutions_of(device: Device) -> list[str]:
 
 def friction_of(device: Device) -> list[str]:
     """The friction of the ball as text, if there is any."""
-    return [f"friction {print_stated(device.friction)}"] if device.friction else []
+    return [f"friction {stated_text(device.friction)}"] if device.friction else []
 
 
 def harmonics_of(device: Device) -> list[str]:
     """The harmonics of the force as text."""
     return [
-        f"harmonic {harmonic.order}: {print_stated(100 * harmonic.share)} %, {print_stated(harmonic.phase_deg)}°"
+        f"harmonic {harmonic.order}: {stated_text(100 * harmonic.share)} %, {stated_text(harmonic.phase_deg)}°"
         for harmonic in device.harmonics
     ]
 

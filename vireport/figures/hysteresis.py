@@ -33,7 +33,7 @@ from vireport.simulation.following import Course, Jump
 from vireport.study.checks.hysteresis import Hysteresis
 from vireport.study.plan import Task
 from vireport.study.study import Study
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 
 HEIGHT = 3.8
 """Height of the panel [in]."""
@@ -126,4 +126,4 @@ def _jump(axes: Axes, axis: SweepAxis, jump: Jump, look: Look) -> Label:
     at, (low, high) = axis.of_value(jump.value), axes.get_ylim()
     axes.plot([at, at], [low, high], **(JUMP | {"color": look["color"], "marker": look["marker"], "markersize": 4.0}))
     y = np.linspace(high, low, 24)[1:-1]
-    return Label(print_rounded(jump.value, jump.off), np.full(len(y), at), y, sheet().text - 1.5, look["color"])
+    return Label(rounded_text(jump.value, jump.off), np.full(len(y), at), y, sheet().text - 1.5, look["color"])

@@ -37,7 +37,7 @@ from vireport.figures.style import (
 from vireport.physics.forcing import wave
 from vireport.simulation.attractors import Outcome
 from vireport.study.plan import Task
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 
 if TYPE_CHECKING:
     from vireport.simulation.trajectories import Portrait
@@ -487,7 +487,7 @@ def motion_words(portrait: Portrait) -> str:
 
 def setting(portrait: Portrait) -> str:
     """The parameters of a portrait."""
-    return f"{portrait.label}, d = {print_rounded(portrait.d)}, ḡ = {print_rounded(portrait.gbar)}"
+    return f"{portrait.label}, d = {rounded_text(portrait.d)}, ḡ = {rounded_text(portrait.gbar)}"
 
 
 def short(word: str) -> str:

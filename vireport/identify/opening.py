@@ -17,7 +17,7 @@ from vireport.measurement.signals import Signals
 from vireport.study.judging.alerts import record_alerts
 from vireport.study.judging.opening import Opening, Statement, gravest
 from vireport.study.judging.verdict import Status
-from vireport.text.formatting import ROUGHLY, measured, print_rounded
+from vireport.text.formatting import ROUGHLY, measured, rounded_text
 from vireport.text.said import Said, words_of
 
 _said = words_of("identify")
@@ -96,7 +96,7 @@ def _value(item: IdentifiedInput) -> str:
 
 def _rounded(value: float, item: IdentifiedInput) -> str:
     """A value, or an end of its interval, to a digit more than half of that leaves."""
-    return print_rounded(value, item.half / 2)
+    return rounded_text(value, item.half / 2)
 
 
 def _in_unit(item: IdentifiedInput, text: str) -> str:
@@ -130,7 +130,7 @@ def _instead(misfit: Misfit) -> Iterator[Statement]:
     else:
         name = "mend_clock" if better.unknown is Unknown.DRIFT else "give_input"
         yield Statement(
-            Status.BAD, _said(name, better, _of_better(better), print_rounded(better.standard_error, ROUGHLY))
+            Status.BAD, _said(name, better, _of_better(better), rounded_text(better.standard_error, ROUGHLY))
         )
     if better.clock_accepted:
         yield Statement(Status.BAD, _said("clock_fast" if better.clock_off > 0 else "clock_slow", better))

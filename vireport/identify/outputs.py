@@ -32,7 +32,7 @@ from vireport.study.judging.opening import Opening
 from vireport.study.plan import Task, page_and_figure_files
 from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.results import json_bytes
-from vireport.text.formatting import ROUGHLY, measured, print_rounded
+from vireport.text.formatting import ROUGHLY, measured, rounded_text
 from vireport.text.tables import Table, numbers, plain_text, texts
 from vireport.text.templates import Words
 
@@ -283,9 +283,9 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
         (
             str(harmonic.order),
             measured(harmonic.percent, harmonic.percent_error),
-            print_rounded(harmonic.percent_error, ROUGHLY),
+            rounded_text(harmonic.percent_error, ROUGHLY),
             measured(harmonic.phase_deg, harmonic.phase_error_deg),
-            print_rounded(harmonic.phase_error_deg, ROUGHLY),
+            rounded_text(harmonic.phase_error_deg, ROUGHLY),
         )
         for harmonic in shaker.harmonics
         if harmonic.significant
@@ -411,7 +411,7 @@ def _opened(
         counts = (missed, len(fitted.false), fitted.lost)
         summary = words("summary", len(fitted.impacts), answer.timing_error_s, *counts, weighted)
         if misfit.accepted:
-            p = "" if misfit.p_value is None else f" (p = {print_rounded(misfit.p_value, ROUGHLY)})"
+            p = "" if misfit.p_value is None else f" (p = {rounded_text(misfit.p_value, ROUGHLY)})"
             yield f"{summary} {words('reason', misfit).capitalize()}{p}."
         else:
             yield summary
@@ -434,7 +434,7 @@ def _parts(
         (
             words("name_of", adjustment.unknown),
             measured(adjustment.value, adjustment.error),
-            print_rounded(adjustment.error, ROUGHLY),
+            rounded_text(adjustment.error, ROUGHLY),
             *(measured(end, adjustment.error) for end in (adjustment.low, adjustment.high)),
             adjustment.unknown.unit,
         )

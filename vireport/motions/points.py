@@ -37,7 +37,7 @@ from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion, Symmetry
 from vireport.physics.numbers import ARRAYS, FLOATS
 from vireport.physics.word import Word
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 
 Floats = NDArray[np.float64]
 
@@ -132,7 +132,7 @@ class Point(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         named = f"Point {self.label}".rstrip()
-        return f"<{named}: {self.event.words} at {print_rounded(self.sweep_value)}, d = {print_rounded(self.d)}>"
+        return f"<{named}: {self.event.words} at {rounded_text(self.sweep_value)}, d = {rounded_text(self.d)}>"
 
     @property
     def closed(self) -> OneToOne:

@@ -30,10 +30,10 @@ from vireport.text.formatting import (
     apart,
     error_bound,
     percent,
-    print_rounded,
-    print_stated,
     quantity,
+    rounded_text,
     span,
+    stated_text,
 )
 from vireport.text.said import Said, words_of
 from vireport.text.tables import Table, numbers, plain_text, texts
@@ -287,7 +287,7 @@ def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
 def _with_unit(path: DesignPath, value: float) -> str:
     """An input that has no margins, with the unit of its key."""
     unit = set_in_type(unit_of(key_of(path)))
-    return quantity(value, unit, OF_INPUTS) if unit in PREFIXED else f"{print_stated(value)} {unit}".rstrip()
+    return quantity(value, unit, OF_INPUTS) if unit in PREFIXED else f"{stated_text(value)} {unit}".rstrip()
 
 
 def _parts(result: SearchResult, say: Words) -> Iterator[str | Table]:
@@ -312,9 +312,9 @@ def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
     rows = tuple(
         (
             varied.path.value,
-            print_stated(value),
-            print_stated(now),
-            *map(print_stated, sorted((varied.from_, varied.to))),
+            stated_text(value),
+            stated_text(now),
+            *map(stated_text, sorted((varied.from_, varied.to))),
             say({True: "upper", False: "lower", None: "inside"}[ends.get(varied.path)]),
         )
         for varied, value, now in zip(problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True)
@@ -328,7 +328,7 @@ def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
 def _in_unit(result: SearchResult, value: float, exactness: Exactness = OF_A_MODEL) -> str:
     """A value of the objective with its unit."""
     objective = result.problem.objective
-    number = print_rounded(abs(value), exactness) if objective.path is None else print_stated(abs(value))
+    number = rounded_text(abs(value), exactness) if objective.path is None else stated_text(abs(value))
     return f"{number} {objective.unit}".rstrip()
 
 
@@ -363,13 +363,13 @@ def _not_less(share: float) -> str:
 def _front_table(result: SearchResult, say: Words) -> Table:
     """The best designs for rising margins, and what each per cent of margin costs."""
     objective = result.problem.objective
-    costs = ("", *(print_rounded(cost) for cost in _costs(result)))
+    costs = ("", *(rounded_text(cost) for cost in _costs(result)))
     values = [abs(point.value) for point in result.front]
-    printed = apart(values) if objective.path is None else [print_stated(value) for value in values]
+    printed = apart(values) if objective.path is None else [stated_text(value) for value in values]
     # Nobody builds these: digits that tell them apart are enough, and all are in optimise.json.
     inputs = map(apart, np.transpose([result.problem.values(point.t) for point in result.front]).tolist())
     rows = [
-        (print_rounded(100 * point.margin, ROUGHLY), value, cost, *input_values)
+        (rounded_text(100 * point.margin, ROUGHLY), value, cost, *input_values)
         for point, value, cost, *input_values in zip(result.front, printed, costs, *inputs, strict=True)
     ]
     heads = [objective.words, say("front_cost")]

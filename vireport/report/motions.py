@@ -7,7 +7,7 @@ from vireport.motions.families import Atlas, Family, Mark
 from vireport.motions.generation import generation
 from vireport.motions.sweep import settable
 from vireport.study.study import Study
-from vireport.text.formatting import Exactness, print_rounded, span
+from vireport.text.formatting import Exactness, rounded_text, span
 from vireport.text.tables import Table, numbers, texts
 
 
@@ -39,7 +39,7 @@ def _row(family: Family, exactness: Exactness) -> tuple[str, ...]:
 
 def _end(family: Family, mark: Mark) -> str:
     if mark.event is Event.LOST:
-        return f"not followed beyond {print_rounded(float(family.sweep_value[mark.row]))}"
+        return f"not followed beyond {rounded_text(float(family.sweep_value[mark.row]))}"
     return mark.point.label if mark.point is not None and mark.point.label else mark.event.replace("_", " ")
 
 
@@ -51,6 +51,4 @@ def _voltage(study: Study, family: Family) -> tuple[str, ...]:
     first, last = max(family.stable_runs, key=lambda run: run[1] - run[0], default=(0, len(family.x) - 1))
     whole, row = generation(family, membrane), (first + last) // 2
     exactness = study.evidence.exactness
-    return print_rounded(float(whole.average_v[row]), exactness), print_rounded(
-        float(whole.per_second_v[row]), exactness
-    )
+    return rounded_text(float(whole.average_v[row]), exactness), rounded_text(float(whole.per_second_v[row]), exactness)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Self
 
-from vireport.text.formatting import OF_A_MODEL, Exactness, print_rounded, print_stated
+from vireport.text.formatting import OF_A_MODEL, Exactness, rounded_text, stated_text
 
 # The dimensionless groups are products of up to six of the quantities, e.g. d = s M omega^2/(pi^2 F), and the
 # theory squares and cubes them. With every quantity in this range those products stay clear of 1e-308 and
@@ -40,11 +40,11 @@ class Named:
 
     def show(self, value: float, error: float | Exactness = OF_A_MODEL) -> str:
         """Print a value that a model gives, with its unit."""
-        return self.with_unit(print_rounded(value, error))
+        return self.with_unit(rounded_text(value, error))
 
     def given(self, value: float) -> str:
         """Print a value that a scenario states, with its unit."""
-        return self.with_unit(print_stated(value))
+        return self.with_unit(stated_text(value))
 
     def place(self, value: float, error: float | Exactness | None = None) -> str:
         """Print where something is, as s = 0.5 m: a value that a scenario states or, with an error, one of a model."""

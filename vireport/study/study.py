@@ -49,7 +49,7 @@ from vireport.study.results import (
     switched_on_data,
 )
 from vireport.text.foreign import visible
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 
 if TYPE_CHECKING:
     from vireport.design.attractors_from_rest import AttractorFromRest
@@ -269,8 +269,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
                 critical.label,
                 critical.event.words,
                 critical.symmetry,
-                print_rounded(critical.sweep_value, self.evidence.exactness),
-                print_rounded(critical.d, self.evidence.exactness),
+                rounded_text(critical.sweep_value, self.evidence.exactness),
+                rounded_text(critical.d, self.evidence.exactness),
             )
             for critical in points
         ]

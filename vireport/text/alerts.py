@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from msgspec import Struct
 
 from vireport.base.errors import UsageError
-from vireport.text.formatting import OF_A_MODEL, ROUGHLY, print_rounded, print_stated
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, rounded_text, stated_text
 from vireport.text.terms import TERMS
 
 EXPLANATION_WIDTH = 100
@@ -88,7 +88,7 @@ class _Number(float):
     def __format__(self, kind: str) -> str:
         sign = "+" if kind.startswith("+") and self > 0 else ""
         return sign + (
-            print_stated(self) if kind == "given" else print_rounded(self, ROUGHLY if "roughly" in kind else OF_A_MODEL)
+            stated_text(self) if kind == "given" else rounded_text(self, ROUGHLY if "roughly" in kind else OF_A_MODEL)
         )
 
 

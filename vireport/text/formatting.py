@@ -1,6 +1,6 @@
 """Numbers to text, in one place: the digits that an error leaves, units, rounding.
 
-`print_rounded` decides how many digits of a result are printed, for every page, table, figure and terminal: as many as
+`rounded_text` decides how many digits of a result are printed, for every page, table, figure and terminal: as many as
 its error leaves. What a scenario states is printed as it is stated (`exact`). The bench's page, whose curves follow the
 hand before a run does, has its twin (`shown` in templates/bench/elements.js). No results, and left to those who write
 them, are counts, times that work takes, ticks, files of data, and what messages that refuse an input quote of it and
@@ -74,7 +74,7 @@ _TIED = re.compile(
 _SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 
 
-def print_rounded(value: float | None, error: float | Exactness = OF_A_MODEL, power: int = 0) -> str:
+def rounded_text(value: float | None, error: float | Exactness = OF_A_MODEL, power: int = 0) -> str:
     """Print a number with the digits that its error leaves: rounded within the error, where a digit more is noise.
 
     Parameters
@@ -88,9 +88,9 @@ def print_rounded(value: float | None, error: float | Exactness = OF_A_MODEL, po
 
     Examples
     --------
-    >>> print_rounded(0.62945714101, 3e-6), print_rounded(0.62945714101, Exactness(0.02))
+    >>> rounded_text(0.62945714101, 3e-6), rounded_text(0.62945714101, Exactness(0.02))
     ('0.629457', '0.629')
-    >>> print_rounded(42836.16467, 200, power=-3), print_rounded(0.5, 1e-9), print_rounded(1 - 1e-9, 1e-3)
+    >>> rounded_text(42836.16467, 200, power=-3), rounded_text(0.5, 1e-9), rounded_text(1 - 1e-9, 1e-3)
     ('42.8', '0.5', '0.999999999')
     """
     if value is None or not isfinite(value):
@@ -113,14 +113,14 @@ def errors_apart(values: Sequence[float], error: float | Exactness = OF_A_MODEL)
 
 
 def apart(values: Sequence[float], error: float | Exactness = OF_A_MODEL, power: int = 0) -> list[str]:
-    """Print numbers as `print_rounded`, with as many more digits as tell how far those that differ are apart.
+    """Print numbers as `rounded_text`, with as many more digits as tell how far those that differ are apart.
 
     Examples
     --------
     >>> apart([3, 5.349243789]), apart([5.482549321, 5.482550456])
     (['3', '5.35'], ['5.482549', '5.482550'])
     """
-    return [print_rounded(value, each, power) for value, each in zip(values, errors_apart(values, error), strict=True)]
+    return [rounded_text(value, each, power) for value, each in zip(values, errors_apart(values, error), strict=True)]
 
 
 def measured(value: float, standard_error: float) -> str:
@@ -131,7 +131,7 @@ def measured(value: float, standard_error: float) -> str:
     >>> measured(0.451283, 0.0034), measured(0.451283, 0.0068)
     ('0.4513', '0.4513')
     """
-    return print_rounded(value, ROUGHLY.relative * standard_error)
+    return rounded_text(value, ROUGHLY.relative * standard_error)
 
 
 def span(low: float, high: float, error: float | Exactness = OF_A_MODEL, power: int = 0) -> str:
@@ -158,15 +158,15 @@ def exact(value: float, power: int = 0) -> str:
     return _layout(_shortest(value).scaleb(power).normalize())
 
 
-def print_stated(value: float) -> str:
+def stated_text(value: float) -> str:
     """Print an input among words or in a figure: as given, but for what a search leaves and nobody can make.
 
     Examples
     --------
-    >>> print_stated(0.1245), print_stated(1.0360754605237377)
+    >>> stated_text(0.1245), stated_text(1.0360754605237377)
     ('0.1245', '1.0360755')
     """
-    return print_rounded(value, OF_INPUTS)
+    return rounded_text(value, OF_INPUTS)
 
 
 def written(value: object) -> str:
@@ -232,7 +232,7 @@ def quantity(value: float | None, unit: str, error: float | Exactness = OF_A_MOD
     rounded = number.quantize(Decimal(1).scaleb(_last(number, error)), ROUND_HALF_EVEN)
     power = 3 * ((rounded or number).adjusted() // 3)
     power = min(max(power, min(PREFIXES)), max(PREFIXES))
-    return f"{print_rounded(value, error, -power)} {PREFIXES[power]}{unit}"
+    return f"{rounded_text(value, error, -power)} {PREFIXES[power]}{unit}"
 
 
 def capital(text: str) -> str:
@@ -340,4 +340,4 @@ def factor_text(value: float) -> str:
     power = round(log10(value))
     if power and isclose(value, 10.0**power, rel_tol=1e-12) and abs(power) > 1:
         return words(f"1e{power:+03d}").removeprefix(f"1 {TIMES} ")
-    return print_rounded(value)
+    return rounded_text(value)

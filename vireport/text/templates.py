@@ -38,10 +38,10 @@ from vireport.text.formatting import (
     exact,
     measured,
     percent,
-    print_rounded,
-    print_stated,
     quantity,
+    rounded_text,
     span,
+    stated_text,
     words,
 )
 
@@ -56,12 +56,12 @@ FILTERS: dict[str, Callable[..., Any]] = {
     "apart": apart,
     "capital": capital,
     "error_bound": error_bound,
-    "given": print_stated,
+    "given": stated_text,
     "exact": exact,
     "measured": measured,
     "percent": percent,
     "quantity": quantity,
-    "shown": print_rounded,
+    "shown": rounded_text,
     "span": lambda ends, error=OF_A_MODEL, power=0: span(ends[0], ends[1], error, power),
     "words": words,
 }

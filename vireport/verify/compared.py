@@ -17,7 +17,7 @@ from vireport.study.checks import reference as exact
 from vireport.study.checks.forty_digits import MATCH, critical_motion, motion_errors
 from vireport.study.study import Study
 from vireport.text.alerts import AlertCode
-from vireport.text.formatting import ROUGHLY, print_rounded
+from vireport.text.formatting import ROUGHLY, rounded_text
 from vireport.verify.rows import BOUND, CaseFinding, WrongAnswerError
 
 SPACING = 2.220446049250313e-16
@@ -96,7 +96,7 @@ def _require_all_motions(study: Study) -> None:
             apart = np.abs(m.velocity_bottom - velocity) + np.abs(m.q - 0.5 - u) + np.abs(wrapped(m.phi_bottom - phase))
             if np.min(apart, initial=np.inf) > MATCH and exact.wall_gap(state, d, gbar, r, n) > 0:
                 raise WrongAnswerError(
-                    f"a motion at q = {print_rounded(u + 0.5)}, velocity {print_rounded(velocity)} was not found"
+                    f"a motion at q = {rounded_text(u + 0.5)}, velocity {rounded_text(velocity)} was not found"
                 )
 
 
@@ -108,7 +108,7 @@ def point_errors(points: Iterable[Point], device: Device, parameter: Parameter) 
         error, stated = (x / (abs(value) or 1.0) for x in (abs(point.sweep_value - value), point.error_bound))
         if error > max(stated, SPACING):
             raise WrongAnswerError(
-                f"{point.label} is off by {print_rounded(error, ROUGHLY)}, stated {print_rounded(stated, ROUGHLY)}"
+                f"{point.label} is off by {rounded_text(error, ROUGHLY)}, stated {rounded_text(stated, ROUGHLY)}"
             )
         errors.append(error if stated < BOUND else 0.0)
     return max(errors)

@@ -16,7 +16,7 @@ from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
 from vireport.study.checks import reference as exact
 from vireport.study.checks.forty_digits import critical_motion, motion_errors
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 from vireport.verify.compared import SPACING, examine, point_errors
 from vireport.verify.harvester import Harvester
 from vireport.verify.rows import Case, CaseFinding, NotThereError, WrongAnswerError
@@ -147,6 +147,6 @@ def _grazing(harvester: Harvester, gap: float) -> CaseFinding:
             true = float(exact.wall_gap(exact.motion(start, d, gbar, r, n), d, gbar, r, n))
         errors.append(abs(float(m.wall_gap[near]) - true))
         if abs(true) >= GAP_BOUND and bool(m.admissible_mask[near]) != (true > 0):
-            raise WrongAnswerError(f"{point.label}: admissible is wrong at a gap of {print_rounded(true)}")
-        texts.append(f"{print_rounded(float(m.wall_gap[near]))} for {print_rounded(true)}")
+            raise WrongAnswerError(f"{point.label}: admissible is wrong at a gap of {rounded_text(true)}")
+        texts.append(f"{rounded_text(float(m.wall_gap[near]))} for {rounded_text(true)}")
     return CaseFinding(f"{', '.join(texts)} (absolute error)", max(errors), GAP_BOUND)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 from vireport.base.errors import NumericalError, VireportError
 from vireport.study.judging.opening import Opening, Statement
 from vireport.study.judging.verdict import Status
-from vireport.text.formatting import ROUGHLY, print_rounded
+from vireport.text.formatting import ROUGHLY, rounded_text
 from vireport.text.said import words_of
 
 _said = words_of("verify")
@@ -147,7 +147,7 @@ def as_text(outcomes: Sequence[CaseOutcome], every: bool = False) -> str:
             error = ""
             if finding.error is not None:
                 error = (
-                    f", error {print_rounded(finding.error, ROUGHLY)}, allowed {print_rounded(finding.bound, ROUGHLY)}"
+                    f", error {rounded_text(finding.error, ROUGHLY)}, allowed {rounded_text(finding.bound, ROUGHLY)}"
                 )
             mark = verdict.upper() if verdict is CaseVerdict.FAILED else verdict
             lines.append(f"{mark}  {row.title}: {shorten(finding.text, LONGEST_CELL, placeholder=' ...')}{error}")

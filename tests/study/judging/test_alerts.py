@@ -30,7 +30,7 @@ from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.verdict import Status
 from vireport.study.study import Study, sweep_of
 from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, explanation
-from vireport.text.formatting import OF_A_MODEL, ROUGHLY, print_rounded
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, rounded_text
 
 DIELECTRIC = "thickness_m: 1e-3, relative_permittivity: 4.7"
 
@@ -134,12 +134,12 @@ def test_a_deep_deflection_says_what_is_open_with_numbers(name: str, example) ->
     alert = deep_alert(study)
     assert alert.severity == ("warning" if name == "inclined-forcing" else "note")
     for part in (
-        f"up to {print_rounded(1e3 * depth)} mm, "
-        f"{print_rounded(depth / 6.3e-3, ROUGHLY)} times its active radius of 6.3 mm",
-        f"its area grows {print_rounded(area)} times",
+        f"up to {rounded_text(1e3 * depth)} mm, "
+        f"{rounded_text(depth / 6.3e-3, ROUGHLY)} times its active radius of 6.3 mm",
+        f"its area grows {rounded_text(area)} times",
         "K delta^h is extrapolated",
-        f"At a breakdown field of 100 MV/m its {print_rounded(peak / 1e3)} kV need a thickness of "
-        f"{print_rounded(1e3 * thickness, ROUGHLY)} mm",
+        f"At a breakdown field of 100 MV/m its {rounded_text(peak / 1e3)} kV need a thickness of "
+        f"{rounded_text(1e3 * thickness, ROUGHLY)} mm",
     ):
         assert part in alert.cause
     film = analyse(loads(text, overrides={f"device.membrane.{key}": value for key, value in GIVEN_FILM.items()}))

@@ -25,7 +25,7 @@ from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.scenario.parameters import Parameter, ScalarInput
 from vireport.simulation.events import BOTTOM, TOP
-from vireport.text.formatting import ROUGHLY, print_rounded
+from vireport.text.formatting import ROUGHLY, rounded_text
 
 Floats = NDArray[np.float64]
 
@@ -400,7 +400,7 @@ def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[i
                 if step < SHORTEST * goal:
                     stiffness = max(aim, 1e-300) ** -(exponent + 1)
                     lost = Absence(
-                        Missing.NOT_FOUND, f"followed to about K times {print_rounded(stiffness, ROUGHLY)}: {error}"
+                        Missing.NOT_FOUND, f"followed to about K times {rounded_text(stiffness, ROUGHLY)}: {error}"
                     )
                 continue
             (e0, x0), (e1, x1) = (e1, x1), (aim, x)

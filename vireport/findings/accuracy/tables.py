@@ -17,7 +17,7 @@ from vireport.findings.accuracy.workprecision import (
     Order,
     WorkPrecision,
 )
-from vireport.text.formatting import ABSENT, ROUGHLY, TIMES, exact, print_rounded
+from vireport.text.formatting import ABSENT, ROUGHLY, TIMES, exact, rounded_text
 from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def _task(work: WorkPrecision, task: MethodTask, say: Words) -> str:
 
 def power(value: float) -> str:
     """Print an error, an accuracy or a tolerance with two digits at the most: 1e-06 as 10⁻⁶."""
-    return _bare(print_rounded(value, ROUGHLY))
+    return _bare(rounded_text(value, ROUGHLY))
 
 
 def seconds(spread: Spread | None) -> str:
@@ -110,7 +110,7 @@ def seconds(spread: Spread | None) -> str:
     if spread is None:
         return ABSENT
     unit, scale = next((u, s) for u, s in (("s", 1.0), ("ms", 1e3), ("µs", 1e6)) if spread.median * s >= 1 or u == "µs")
-    low, middle, high = (print_rounded(x * scale) for x in (spread.low, spread.median, spread.high))
+    low, middle, high = (rounded_text(x * scale) for x in (spread.low, spread.median, spread.high))
     return f"{middle} {unit}" if low == high == middle else f"{middle} ({low}–{high}) {unit}"
 
 
@@ -185,7 +185,7 @@ def _order_row(work: WorkPrecision, order: Order, say: Words) -> Row:
     low, high = (f"{x:,.0f}" if order.against != "tolerance" else power(x) for x in (order.first, order.last))
     against, ends = say("against", order.against), say("fitted_over", low, high, order.points)
     theory = "–".join(exact(x) for x in order.theory) or ABSENT
-    return order.method, _task(work, order.task, say), against, ends, print_rounded(order.fitted), theory
+    return order.method, _task(work, order.task, say), against, ends, rounded_text(order.fitted), theory
 
 
 def _factor_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:

@@ -42,7 +42,7 @@ from vireport.findings.accuracy.methods import (
     Knob,
     Method,
 )
-from vireport.text.formatting import ROUGHLY, print_rounded
+from vireport.text.formatting import ROUGHLY, rounded_text
 
 if TYPE_CHECKING:
     from vireport.design.solution import Solution
@@ -317,7 +317,7 @@ def _judged(call: Callable[[], Any], benchmark: Benchmark, limit: float) -> tupl
     except FAILURES as error:
         return {}, str(error) or type(error).__name__
     largest = max(errors.values())
-    return ({}, f"found something else, {print_rounded(largest, ROUGHLY)} away") if largest > limit else (errors, "")
+    return ({}, f"found something else, {rounded_text(largest, ROUGHLY)} away") if largest > limit else (errors, "")
 
 
 def _limit(method: Method, setting: float) -> float:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from vireport.findings.membranes.compliance import Compared, Compliance, Convergence, Unit
 from vireport.findings.membranes.solvers import FIXED, RunOutcome, SolverRun
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import ABSENT, ROUGHLY, capital, factor_text, percent, print_rounded, quantity
+from vireport.text.formatting import ABSENT, ROUGHLY, capital, factor_text, percent, quantity, rounded_text
 from vireport.text.tables import Table, numbers, texts
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
         )
 
     yield Table(say("errors_caption"), columns, rows(_error), say("errors_note"))
-    work = rows(lambda run: f"{run.evaluations} / {print_rounded(1e3 * run.seconds, ROUGHLY)}")
+    work = rows(lambda run: f"{run.evaluations} / {rounded_text(1e3 * run.seconds, ROUGHLY)}")
     yield Table(say("times_caption"), columns, work, say("times_note"))
 
 
@@ -110,7 +110,7 @@ def setting_text(solver: str, setting: float) -> str:
 def _compared_row(compared: Compared, say: Words) -> tuple[str, ...]:
     unit, c = compared.unit, compared.criterion
     name = say("quantity", compared.name, unit if unit in (Unit.VELOCITY, Unit.PHASE) else "")
-    shift = print_rounded(compared.shift, ROUGHLY) if unit is Unit.PHASE else percent(compared.shift, signed=True)
+    shift = rounded_text(compared.shift, ROUGHLY) if unit is Unit.PHASE else percent(compared.shift, signed=True)
     limits = ("", "", "") if c is None else (percent(c.good), percent(c.fair), capital(c.grade.words))
     compliant = say("lost") if compared.compliant is None else _with_unit(compared.compliant, unit)
     return name, _with_unit(compared.rigid, unit), compliant, shift, *limits
@@ -123,7 +123,7 @@ def _with_unit(value: float, unit: Unit | Parameter) -> str:
         return percent(value)
     if unit in (Unit.VOLTAGE, Unit.DEPTH):
         return quantity(value, unit)
-    return print_rounded(value)
+    return rounded_text(value)
 
 
 def _ladder(comparison: Compliance, say: Words) -> Table:
@@ -133,16 +133,16 @@ def _ladder(comparison: Compliance, say: Words) -> Table:
         (
             factor_text(rung.factor),
             ABSENT if rung.orbit is None else percent(rung.orbit.contact_share),
-            *(print_rounded(quantity.distances[k], ROUGHLY) for quantity in comparison.convergence),
+            *(rounded_text(quantity.distances[k], ROUGHLY) for quantity in comparison.convergence),
         )
         for k, rung in enumerate(comparison.rungs)
     ]
-    rows.append((say("exponent"), ABSENT, *(print_rounded(quantity.exponent) for quantity in comparison.convergence)))
-    rows.append((say("expected"), ABSENT, *(print_rounded(-comparison.order) for _ in comparison.convergence)))
+    rows.append((say("exponent"), ABSENT, *(rounded_text(quantity.exponent) for quantity in comparison.convergence)))
+    rows.append((say("expected"), ABSENT, *(rounded_text(-comparison.order) for _ in comparison.convergence)))
     heads = [say("head", name) for name in ("factor", "contact", "velocity", "phase")]
     columns = numbers(*heads, say("head", "critical", label))
     return Table(say("distance_caption"), columns, tuple(rows), say("distance_note"))
 
 
 def _error(run: SolverRun) -> str:
-    return " ".join(filter(None, ("" if run.error is None else print_rounded(run.error, ROUGHLY), SHORT[run.outcome])))
+    return " ".join(filter(None, ("" if run.error is None else rounded_text(run.error, ROUGHLY), SHORT[run.outcome])))

@@ -26,7 +26,7 @@ from vireport.physics.numbers import ARRAYS, wrapped
 from vireport.simulation.attractors import Attractor, find_attractor
 from vireport.simulation.events import check_model, follow_impacts, start_of
 from vireport.simulation.kernel import PHASE, TURN, VELOCITY, WALL
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 
 Floats = NDArray[np.float64]
 
@@ -266,7 +266,7 @@ def least_shock(
             break
         if patience >= LONGEST:
             raise NumericalError(
-                f"a jump of {print_rounded(abs(by_search.jump))} velocity units takes more than {patience} impacts "
+                f"a jump of {rounded_text(abs(by_search.jump))} velocity units takes more than {patience} impacts "
                 "to return, and so may others: what returns cannot be told in reasonable time"
             )
         # It came back after all, from a chaotic transient longer than was waited for.

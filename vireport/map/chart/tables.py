@@ -5,7 +5,7 @@ from __future__ import annotations
 from vireport.map.chart.chart import Chart
 from vireport.map.chart.meetings import Meeting
 from vireport.motions.events import Event
-from vireport.text.formatting import print_rounded
+from vireport.text.formatting import rounded_text
 from vireport.text.tables import Table, numbers, texts
 
 NOTE = (
@@ -19,7 +19,7 @@ def points_table(chart: Chart) -> Table:
     """The points of codimension two."""
     heads = [varied.head for varied in chart.plane.inputs]
     rows = tuple(
-        (str(number), name_of(point), point.word, *(print_rounded(float(x), chart.exactness) for x in point.inputs))
+        (str(number), name_of(point), point.word, *(rounded_text(float(x), chart.exactness) for x in point.inputs))
         for number, point in enumerate(chart.meetings, 1)
     )
     note = f"{NOTE} chart.json has all digits and the error bounds."

@@ -22,7 +22,7 @@ from vireport.motions.stability import Stability
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
-from vireport.text.formatting import OF_A_MODEL, OF_INPUTS, ROUGHLY, Exactness, print_rounded
+from vireport.text.formatting import OF_A_MODEL, OF_INPUTS, ROUGHLY, Exactness, rounded_text
 from vireport.text.said import Said, words_of
 
 SAMPLED = 1e-5
@@ -343,7 +343,7 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
             value, error = float(impact[name]), float(impact[f"{name}_standard_error"])
             if at_design is not None:
                 # Two that differ by less than their intervals of 95 % do not differ.
-                note = _said("standard_error", print_rounded(error, ROUGHLY))
+                note = _said("standard_error", rounded_text(error, ROUGHLY))
                 yield replace(of, value=value, note=note, bound=INTERVAL * error)
             if computed is None:
                 continue
@@ -414,7 +414,7 @@ def _disturbances(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
     if shock.get("least_jump_m_s") is not None:
         yield replace(LEAST_SHOCK, value=float(shock["least_jump_m_s"]))
     elif shock.get("searched_to_m_s") is not None:
-        yield replace(LEAST_SHOCK, note=_said("no_shock_up_to", print_rounded(shock["searched_to_m_s"])))
+        yield replace(LEAST_SHOCK, note=_said("no_shock_up_to", rounded_text(shock["searched_to_m_s"])))
 
 
 def bound_in_d(d: float, value: float, bound: float) -> float:

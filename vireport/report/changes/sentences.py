@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from vireport.report.changes.quantities import STANDARD_ERRORS, ComparedQuantity
-from vireport.text.formatting import OF_A_MODEL, ROUGHLY, Exactness, errors_apart, percent, print_rounded, quantity
+from vireport.text.formatting import OF_A_MODEL, ROUGHLY, Exactness, errors_apart, percent, quantity, rounded_text
 from vireport.text.said import Said, words_of
 
 SAID_ONE_BY_ONE = 4
@@ -75,7 +75,7 @@ def _with_unit(value: float, unit: str, error: float | Exactness) -> str:
     if unit == "V":
         return quantity(value, unit, error)
     separator = "" if unit in ("°", "1", "") else " "
-    return f"{print_rounded(value, error)}{separator}{unit if unit != '1' else ''}"
+    return f"{rounded_text(value, error)}{separator}{unit if unit != '1' else ''}"
 
 
 def side_by_side(

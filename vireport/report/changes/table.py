@@ -18,7 +18,7 @@ from vireport.report.changes.quantities import Along, ComparedQuantity, Compared
 from vireport.report.changes.sentences import side_by_side
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.text.foreign import visible
-from vireport.text.formatting import OF_A_MODEL, Exactness, print_rounded
+from vireport.text.formatting import OF_A_MODEL, Exactness, rounded_text
 from vireport.text.said import Said, spoken
 
 NO_DIFFERENCE = 1e-9
@@ -65,7 +65,7 @@ class ComparisonRow(Struct, frozen=True):
     said: Said | None = None
 
     def __repr__(self) -> str:
-        values = ", ".join(print_rounded(value) if isinstance(value, float) else str(value) for value in self.values)
+        values = ", ".join(rounded_text(value) if isinstance(value, float) else str(value) for value in self.values)
         return f"<ComparisonRow {visible(self.heading)}: {visible(values, LONGEST_VALUES)}>"
 
     @property

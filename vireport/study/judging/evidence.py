@@ -22,7 +22,7 @@ from vireport.physics.groups import by_wall
 from vireport.physics.word import Word
 from vireport.scenario.blocks import LimitKind, RequirementsBlock
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, print_rounded
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, rounded_text
 
 if TYPE_CHECKING:
     from vireport.design.compliant.own_stiffness import OwnStiffness
@@ -162,7 +162,7 @@ class Criterion(Struct, frozen=True, eq=False):
         margin = self.outcome.margin
         if margin is None:
             return ""
-        return f"{'+' if margin >= 0 else ''}{print_rounded(margin)} {self.limit.unit}".rstrip()
+        return f"{'+' if margin >= 0 else ''}{rounded_text(margin)} {self.limit.unit}".rstrip()
 
     def to_dict(self) -> dict[str, Any]:
         """The line as results.json has it."""

@@ -52,7 +52,7 @@ from vireport.study.judging.ranges import (
     u_ave_difference,
     unit_of_swept,
 )
-from vireport.text.formatting import OF_INPUTS, ROUGHLY, percent, print_rounded, print_stated
+from vireport.text.formatting import OF_INPUTS, ROUGHLY, percent, rounded_text, stated_text
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -173,7 +173,7 @@ class OfMargin(Struct, frozen=True, eq=False):
         remark = (
             f"{nearest.name} at ",
             nearest.parameter,
-            f" = {print_rounded(nearest.sweep_value, results.exactness)}",
+            f" = {rounded_text(nearest.sweep_value, results.exactness)}",
         )
         bound = nearest.error_bound / float(device.value_of(nearest.parameter))
         return held_against(100 * nearest.size, limit, remark, 100 * bound)
@@ -374,7 +374,7 @@ def _distortion(results: Evidence, limit: Limit) -> Judgement:
     if not finite:
         return held_against(100 * distortions[0].searched_to, limit, ("none ends stable motion up to there",))
     least = min(finite, key=lambda harmonic: harmonic.share or 0.0)
-    at = (f"of order {least.order}, at {print_rounded(least.phase_deg)} degrees: found by rays, not proved",)
+    at = (f"of order {least.order}, at {rounded_text(least.phase_deg)} degrees: found by rays, not proved",)
     return held_against(100 * (least.share or 0.0), limit, at, 100 * (least.error_bound or 0.0))
 
 
@@ -394,7 +394,7 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
         return Judgement(None, "none in any input", None, True)
     size = f" {percent(worst.size, OF_INPUTS, signed=True)}" if worst.size else ""
     if worst.left_out is LeftOut.RESTITUTION_SPEED:
-        size = f" {print_stated(worst.size)}"
+        size = f" {stated_text(worst.size)}"
     worst_is = (f"with {worst.left_out.replace('_', ' ')}{size}",)
     return held_against(100 * least, limit, worst_is, 100 * LOCATED_SHARE)
 
@@ -424,7 +424,7 @@ def _agreement(results: Evidence, limit: Limit) -> Judgement:
     difference = max(check.velocity_difference, check.phase_difference)
     return Judgement(
         difference,
-        f"largest difference {print_rounded(difference, ROUGHLY)}",
+        f"largest difference {rounded_text(difference, ROUGHLY)}",
         limit.value - difference,
         check.passed,
         again,
