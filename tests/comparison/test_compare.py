@@ -767,7 +767,9 @@ def test_data_are_compared_without_drawing(tmp_path: Path) -> None:
     arguments = [sys.executable, "-c", code, *files]
     loaded = set(subprocess.run(arguments, capture_output=True, text=True, check=True).stderr.split())
     assert "vireport.comparison" in loaded
-    assert not {"matplotlib", "scipy", "vireport.figures", "vireport.report", "vireport.study.checks"} & loaded
+    assert (
+        not {"matplotlib", "scipy", "vireport.figures", "vireport.report.rendering", "vireport.study.checks"} & loaded
+    )
 
 
 # Notebooks

@@ -80,7 +80,7 @@ def test_the_example_is_identified_with_its_truth(capsys, tmp_path: Path) -> Non
 def test_its_report_begins_as_others_do_and_says_nothing_twice(tmp_path: Path) -> None:
     (tmp_path / "words").mkdir()
     (tmp_path / "words" / "words").mkdir()
-    words = (EXAMPLES.parent / "templates" / "words" / "identify.j2").read_text()
+    words = (EXAMPLES.parent / "vireport" / "identify" / "templates" / "words" / "identify.j2").read_text()
     (tmp_path / "words" / "words" / "identify.j2").write_text(words.replace("The record fits: ", "It fits: "))
     folder, given = tmp_path / "out", ["identify", SCENARIO, "--impacts", IMPACTS, "--clock", "force"]
     paged = ["--templates", str(tmp_path / "words"), "--paper", "letter", "-o", str(folder)]
