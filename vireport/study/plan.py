@@ -245,7 +245,7 @@ class Plan(Struct, frozen=True, eq=False):
 
     def reason(self, task: AnyTask) -> str | None:
         """Why a task is left out; None where it runs, or is not listed."""
-        return next((step.why for step in self.left_out if step.task is task), None)
+        return next((step.why for step in self.left_out if step.task == task), None)
 
     def left_out_lines(self, templates: Path | None = None) -> tuple[str, ...]:
         """What to add to the scenario for more than a run does, and where every step that is left out is listed.

@@ -109,8 +109,8 @@ def _soft_membranes(study: Study) -> Iterator[Statement]:
         return
     compliance, answer = study.findings.get(MEMBRANES), study.verdict.added.get(MEMBRANES)
     if compliance is None:
-        step = next(iter(finding.steps())).task
-        yield Statement(Status.NEUTRAL, _said("soft_membranes_left_out", study.plan.reason(step)))
+        task = next(iter(finding.steps())).task
+        yield Statement(Status.NEUTRAL, _said("soft_membranes_left_out", study.plan.reason(task)))
     else:
         status = Status.NEUTRAL if answer is None else answer.status
         yield Statement(status, _said("soft_membranes", finding.parts(compliance, None)["verdict"]))

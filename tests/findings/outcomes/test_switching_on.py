@@ -103,14 +103,14 @@ def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     solution = solved("inclined-forcing", excitation__amplitude_n=3.6, sweep=None)
     from vireport.scenario.blocks import DisturbancesBlock
 
-    at_once, short, long = (
+    (rest, at_once), (_, short), (ramped, long) = (
         switched_on_by(solution, DisturbancesBlock(ramp_periods=periods), compiled=True) for periods in (0.0, 3.0, 20.0)
     )
-    assert not at_once.from_rest.reached
+    assert not rest.from_rest.reached
     assert 0.1 < at_once.share < 0.4
     assert 0.7 < short.share < 1
     assert long.share == pytest.approx(1)
-    assert long.from_rest.reached
+    assert ramped.from_rest.reached
     assert long.ramp is None
     assert at_once.ramp.periods in RAMPS
     assert 3 < at_once.ramp.periods <= 20
@@ -296,7 +296,7 @@ at the bottom alone."""
 
 @pytest.mark.slow
 def test_a_motion_that_starts_find_stands_beside_the_rest_cycle_with_its_share_and_shock() -> None:
-    found = analyse(loads(RESTING + "disturbances: {}\n"), ("json",)).attracting
+    found = analyse(loads(RESTING + "disturbances: {}\n"), ("json",)).outcomes.attracting
     motion, rest = found.motions
     assert (motion.name, motion.from_rest, rest.motion, rest.from_rest) == (
         "B every 2 forcing periods",
