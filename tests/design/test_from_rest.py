@@ -11,6 +11,7 @@ from exact_friction import Reference
 from exact_rest import periods
 from mpmath import mp, mpf
 from msgspec.structs import replace
+from rest_devices import PAPER, device_of, found
 from rest_simulator import outcome
 
 from vireport import analyse, loads
@@ -26,29 +27,6 @@ from vireport.simulation.attractors import attractors
 from vireport.simulation.events import BOTTOM, Impact
 from vireport.simulation.release import presses
 from vireport.simulation.starts import random_starts, start_speed
-
-PAPER = Device(
-    capsule_mass_kg=0.1245,
-    restitution=0.5,
-    gravity_m_s2=9.8,
-    length_m=0.75,
-    amplitude_n=5.31,
-    frequency_hz=2.0,
-    inclination_deg=45.0,
-)
-
-
-def found(device: Device, compiled: bool = False):
-    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    motions, _, _ = motions_at(device, Parameter.LENGTH)
-    return from_rest(groups, Target.of(motions), device.period_ratio, compiled)
-
-
-def device_of(d: float, gbar: float, r: float) -> Device:
-    """A device with these groups."""
-    force = 9.8 * 0.1 / gbar if gbar else 3.0
-    length = d * force / (4 * 0.1 * 4)
-    return Device(0.1, r, 9.8, length, force, 2.0, 90.0 if gbar else 0.0)
 
 
 def held_against_the_own_simulator(seed: int, count: int, compiled: bool = False) -> list[str]:

@@ -3,19 +3,19 @@
 from pathlib import Path
 
 from vireport.base.files import require_writable
-from vireport.cli import options as given
+from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand
 from vireport.cli.inputs import read_earlier_run
 from vireport.cli.outcome import emit, tell
 
 
 def explore(
-    scenario: given.Scenario,
-    set_: given.Set = None,
-    allow_outside: given.AllowOutside = False,
-    port: given.Port = 0,
-    browser: given.Browser = True,
-    output: given.Folder = None,
+    scenario: options.Scenario,
+    set_: options.Set = None,
+    allow_outside: options.AllowOutside = False,
+    port: options.Port = 0,
+    browser: options.Browser = True,
+    output: options.Folder = None,
 ) -> None:
     """Change a design by hand in a page of this machine, with margins and verdict following. Ctrl-C ends it.
 

@@ -16,7 +16,7 @@ from vireport.base.encoding import json_text
 from vireport.base.errors import ScenarioError, UsageError
 from vireport.base.files import require_writable, writable, write_new
 from vireport.base.version import __version__
-from vireport.cli import options as given
+from vireport.cli import options
 from vireport.cli.declared import Command, CommandPanel, DeclaredCommand, declared_command, formats_of
 from vireport.cli.formats import RUN, CommandFormats, format_option
 from vireport.cli.group import Program
@@ -98,21 +98,21 @@ def _group(
 @_command(CommandPanel.ONE)
 def run(
     context: typer.Context,
-    scenario: given.Scenario,
-    set_: given.Set = None,
-    allow_outside: given.AllowOutside = False,
-    full: given.Full = False,
-    certify: given.Certify = False,
-    baseline: given.Baseline = None,
-    output: given.Folder = None,
-    json: given.Json = False,
+    scenario: options.Scenario,
+    set_: options.Set = None,
+    allow_outside: options.AllowOutside = False,
+    full: options.Full = False,
+    certify: options.Certify = False,
+    baseline: options.Baseline = None,
+    output: options.Folder = None,
+    json: options.Json = False,
     format_: Annotated[list[str] | None, format_option(RUN)] = None,
-    templates: given.Templates = None,
-    paper: given.Paper = given.PaperSize.A4,
-    figure_width: given.FigureWidth = None,
-    force: given.Force = False,
-    quiet: given.Quiet = False,
-    verbose: given.Verbose = False,
+    templates: options.Templates = None,
+    paper: options.Paper = options.PaperSize.A4,
+    figure_width: options.FigureWidth = None,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Solve a scenario and write its report, figures and results."""
     refuse_files_beside_json(context, "results")
@@ -166,12 +166,12 @@ def run(
 
 @_command(CommandPanel.HELP)
 def check(
-    scenario: given.Scenario,
-    set_: given.Set = None,
-    allow_outside: given.AllowOutside = False,
-    json: given.Json = False,
+    scenario: options.Scenario,
+    set_: options.Set = None,
+    allow_outside: options.AllowOutside = False,
+    json: options.Json = False,
     format_: Annotated[list[str] | None, format_option(CHECK)] = None,
-    quiet: given.Quiet = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Check a scenario or a map file: every mistake in it, or what a run would compute and what to add for more.
 
@@ -225,7 +225,7 @@ def check(
 
 
 @_command(CommandPanel.HELP)
-def init(context: typer.Context, path: given.NewFile = NEW_FILE, schema: given.Schema = False) -> None:
+def init(context: typer.Context, path: options.NewFile = NEW_FILE, schema: options.Schema = False) -> None:
     """Write a commented scenario to start from. An existing file is not overwritten."""
     if schema:
         if path != NEW_FILE:
@@ -248,7 +248,7 @@ def init(context: typer.Context, path: given.NewFile = NEW_FILE, schema: given.S
 
 
 @_command(CommandPanel.HELP)
-def explain(code: given.AlertOrTerm = None) -> None:
+def explain(code: options.AlertOrTerm = None) -> None:
     """Explain an alert, its causes and its remedies, or a term."""
     deliver(CommandOutcome(explanation(code)))
 

@@ -8,7 +8,7 @@ import typer
 
 from vireport.base.errors import UsageError
 from vireport.base.files import require_writable
-from vireport.cli import options as given
+from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
 from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
 from vireport.cli.inputs import read_earlier_run, read_scenario
@@ -22,23 +22,23 @@ DEFAULT_TOLERANCE = 1e-6
 
 def compare(
     context: typer.Context,
-    scenarios: given.Scenarios,
-    set_: given.Set = None,
-    allow_outside: given.AllowOutside = False,
-    vary: given.Vary = None,
-    rank_by: given.RankBy = None,
-    exit_code: given.ExitCode = False,
-    tolerance: given.Tolerance = DEFAULT_TOLERANCE,
-    markdown: given.Markdown = False,
-    output: given.Folder = None,
-    json: given.Json = False,
+    scenarios: options.Scenarios,
+    set_: options.Set = None,
+    allow_outside: options.AllowOutside = False,
+    vary: options.Vary = None,
+    rank_by: options.RankBy = None,
+    exit_code: options.ExitCode = False,
+    tolerance: options.Tolerance = DEFAULT_TOLERANCE,
+    markdown: options.Markdown = False,
+    output: options.Folder = None,
+    json: options.Json = False,
     format_: Annotated[list[str] | None, format_option(COMPARE)] = None,
-    templates: given.Templates = None,
-    paper: given.Paper = given.PaperSize.A4,
-    figure_width: given.FigureWidth = None,
-    force: given.Force = False,
-    quiet: given.Quiet = False,
-    verbose: given.Verbose = False,
+    templates: options.Templates = None,
+    paper: options.Paper = options.PaperSize.A4,
+    figure_width: options.FigureWidth = None,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Compare scenarios, or variants of one, and tell which is best; with --exit-code, what has changed.
 

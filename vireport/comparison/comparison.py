@@ -238,7 +238,7 @@ def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Meri
         task = "shock" if RANK_BY[name] is Merit.SHOCK else Task.FROM_REST
         for variant in chosen:
             steps = variant.study.plan if variant.study is not None else plan(variant.loaded.scenario)
-            why = next((step.why for step in steps.left_out if step.task == task), None)
+            why = steps.reason(task)
             if why is not None:
                 raise UsageError(f"{variant.name} cannot be ranked by {name}: {why}")
     return tuple(dict.fromkeys(RANK_BY[name] for name in names))

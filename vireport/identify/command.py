@@ -7,7 +7,7 @@ import typer
 
 from vireport.base.errors import UsageError
 from vireport.base.files import require_writable
-from vireport.cli import options as given
+from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
 from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
 from vireport.cli.inputs import read_scenario
@@ -21,20 +21,20 @@ IDENTIFY = CommandFormats(
 
 def identify(
     context: typer.Context,
-    scenario: given.Scenario,
-    impacts: given.Impacts = None,
-    record: given.Record = None,
-    clock: given.Clock = None,
-    free: given.Free = None,
-    set_: given.Set = None,
-    output: given.Folder = None,
-    json: given.Json = False,
+    scenario: options.Scenario,
+    impacts: options.Impacts = None,
+    record: options.Record = None,
+    clock: options.Clock = None,
+    free: options.Free = None,
+    set_: options.Set = None,
+    output: options.Folder = None,
+    json: options.Json = False,
     format_: Annotated[list[str] | None, format_option(IDENTIFY)] = None,
-    templates: given.Templates = None,
-    paper: given.Paper = given.PaperSize.A4,
-    force: given.Force = False,
-    quiet: given.Quiet = False,
-    verbose: given.Verbose = False,
+    templates: options.Templates = None,
+    paper: options.Paper = options.PaperSize.A4,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Identify restitutions and other inputs from measured impacts or raw signals, and test whether the model fits.
 

@@ -46,20 +46,18 @@ def impacts_picture(answer: Identification, record: Record, templates: Path | No
     templates : Path, optional
         A folder whose words come before the package's own.
     """
-    words, fit_found = Words("figures/impacts", templates), answer.found
-    fitted = isinstance(fit_found, Fitted)
-    kind = "errors" if fitted else "phases"
+    words = Words("figures/impacts", templates)
+    fitted = answer.found if isinstance(answer.found, Fitted) else None
+    kind = "phases" if fitted is None else "errors"
 
     facts = {
-        "impacts": len(fit_found.kept) if isinstance(fit_found, Fitted) else len(record.times),
+        "impacts": len(record.times) if fitted is None else len(fitted.kept),
         "every": _every(len(record.times)),
         "weighted": record.errors is not None,
         "name": Path(record.name).name,
     }
     title, caption, alt = (words(f"figure_impacts_{kind}_{part}", facts) for part in ("title", "caption", "alt"))
-    drawn = (
-        figure_errors(fit_found, answer.origin_s) if isinstance(fit_found, Fitted) else figure_phases(answer, record)
-    )
+    drawn = figure_phases(answer, record) if fitted is None else figure_errors(fitted, answer.origin_s)
     return Picture(NAME, title, caption, alt, drawn, on_paper=HIGHER * len(SIDES))
 
 

@@ -296,9 +296,9 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
 
 
 def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
-    fit_found, misfit = answer.found, answer.misfit
+    misfit = answer.misfit
     inputs = answer.identified
-    fitted = fit_found if isinstance(fit_found, Fitted) else None
+    fitted = answer.found if isinstance(answer.found, Fitted) else None
     count = len(inputs)
     instead = misfit.explanation
     return {

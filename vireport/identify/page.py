@@ -12,7 +12,7 @@ from vireport.scenario.loading import Loaded
 from vireport.study.judging.alerts import Alert
 from vireport.study.judging.opening import Opening, WordedOpening
 from vireport.study.provenance import Provenance
-from vireport.text.formatting import tied
+from vireport.text.formatting import subtitle
 from vireport.text.tables import Table
 from vireport.text.templates import Words
 
@@ -63,7 +63,7 @@ class IdentifyReport(Struct, frozen=True, eq=False):
     @property
     def subtitle(self) -> str:
         """Title and file of the scenario."""
-        return " · ".join(tied(part) for part in (self.title, self.provenance.scenario_name) if part)
+        return subtitle(self.title, self.provenance.scenario_name)
 
     @property
     def verdict(self) -> WordedOpening:

@@ -9,7 +9,7 @@ import typer
 from vireport.base import interrupts
 from vireport.base.files import require_writable
 from vireport.base.progress import WorkStep, portion
-from vireport.cli import options as given
+from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
 from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
 from vireport.cli.inputs import read_scenario
@@ -27,21 +27,21 @@ CHARTED_SHARE = 0.9
 
 def map_(
     context: typer.Context,
-    file: given.ScenarioOrMap,
-    over: given.Over = None,
-    set_: given.Set = None,
-    scheduler: given.Scheduler = None,
-    workers: given.Workers = None,
-    output: given.Folder = None,
-    json: given.Json = False,
+    file: options.ScenarioOrMap,
+    over: options.Over = None,
+    set_: options.Set = None,
+    scheduler: options.Scheduler = None,
+    workers: options.Workers = None,
+    output: options.Folder = None,
+    json: options.Json = False,
     format_: Annotated[list[str] | None, format_option(MAP, MAP_OVER)] = None,
-    figures: given.Figures = True,
-    templates: given.Templates = None,
-    paper: given.Paper = given.PaperSize.A4,
-    figure_width: given.FigureWidth = None,
-    force: given.Force = False,
-    quiet: given.Quiet = False,
-    verbose: given.Verbose = False,
+    figures: options.Figures = True,
+    templates: options.Templates = None,
+    paper: options.Paper = options.PaperSize.A4,
+    figure_width: options.FigureWidth = None,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Map what is stable over two or more inputs: cells of a map block, or with --over the exact boundaries.
 

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from vireport.base.files import require_writable
-from vireport.cli import options as given
+from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
 from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
 from vireport.cli.inputs import read_scenario
@@ -17,17 +17,17 @@ OPTIMISE = CommandFormats("optimise", (*PAGES, *FIGURES), (*PAGES, "png"), "best
 
 def optimise(
     context: typer.Context,
-    scenario: given.Scenario,
-    set_: given.Set = None,
-    output: given.Folder = None,
-    json: given.Json = False,
+    scenario: options.Scenario,
+    set_: options.Set = None,
+    output: options.Folder = None,
+    json: options.Json = False,
     format_: Annotated[list[str] | None, format_option(OPTIMISE)] = None,
-    templates: given.Templates = None,
-    paper: given.Paper = given.PaperSize.A4,
-    figure_width: given.FigureWidth = None,
-    force: given.Force = False,
-    quiet: given.Quiet = False,
-    verbose: given.Verbose = False,
+    templates: options.Templates = None,
+    paper: options.Paper = options.PaperSize.A4,
+    figure_width: options.FigureWidth = None,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Find the best design that meets the requirements. The scenario's design block says what may vary.
 

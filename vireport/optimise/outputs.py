@@ -125,13 +125,13 @@ def files(
         written[BEST] = result.problem.scenario_text(design.t).encode()
         if result.built is not None:
             written[UNROUNDED] = result.problem.scenario_text(result.best.t).encode()
-    formats_asked = [task for task in FIGURE_FORMATS if task in formats]
-    if len(result.front) > 1 and formats_asked:
+    figure_formats = [task for task in FIGURE_FORMATS if task in formats]
+    if len(result.front) > 1 and figure_formats:
         from vireport.figures.style import Sheet, drawn_for
 
         with drawn_for(Sheet.of(width_mm)):
             drawn = picture_front(result, templates)
-        for (name,) in (OPTIMISE_FILES[task] for task in formats_asked):
+        for (name,) in (OPTIMISE_FILES[task] for task in figure_formats):
             written[name] = getattr(drawn, name.rpartition(".")[2])
     return written
 

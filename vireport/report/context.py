@@ -44,7 +44,7 @@ from vireport.study.judging.findings import found_by
 from vireport.study.judging.opening import Opening, WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study, results
-from vireport.text.formatting import Exactness, exact, tied, written
+from vireport.text.formatting import Exactness, exact, subtitle, tied, written
 from vireport.text.tables import Table
 
 if TYPE_CHECKING:
@@ -191,8 +191,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     def subtitle(self) -> str:
         """Title and file of the scenario, and what drives the device."""
         driven = self.say("opening", "driven", *map(self._shown, (Parameter.AMPLITUDE, Parameter.FREQUENCY)))
-        parts = (self.title, self.provenance.scenario_name, driven)
-        return " · ".join(tied(part) for part in parts if part)
+        return subtitle(self.title, self.provenance.scenario_name, driven)
 
     def _shown(self, parameter: Parameter) -> str:
         """A parameter as text: at the design point, or without one from end to end of the sweep."""

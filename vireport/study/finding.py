@@ -74,15 +74,15 @@ class AddedFinding(Generic[Found]):
         """
         raise NotImplementedError
 
-    def contradicts_rigid_impacts(self, finding: Found) -> bool:
+    def contradicts_rigid_impacts(self, result: Found) -> bool:
         """Whether the motion is to be solved with the membranes' own stiffness, short as its contacts may be."""
         return False
 
-    def results(self, finding: Found | None, study: Study) -> Mapping[str, Any]:
+    def results(self, result: Found | None, study: Study) -> Mapping[str, Any]:
         """Its keys of results.json, null where nothing was found."""
         return {}
 
-    def results_within(self, block: Mapping[str, Any], finding: Found | None) -> Mapping[str, Any]:
+    def results_within(self, block: Mapping[str, Any], result: Found | None) -> Mapping[str, Any]:
         """The block of results.json that it extends, with its keys there."""
         return block
 
@@ -90,11 +90,11 @@ class AddedFinding(Generic[Found]):
         """What can be required of it: a row for each of its keys in the block `requirements`."""
         return ()
 
-    def share_of_starts(self, finding: Found, evidence: Evidence) -> str | None:
+    def share_of_starts(self, result: Found, evidence: Evidence) -> str | None:
         """How many starts come to a motion of a word that is required, in words; None where it does not know."""
         return None
 
-    def answers(self, finding: Found, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
+    def answers(self, result: Found, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
         """The answers of the verdict to its questions, as far as they arise."""
         return ()
 
@@ -102,22 +102,22 @@ class AddedFinding(Generic[Found]):
         """What a report opens with of its answers, or of their lack, by the place among the facts of the core."""
         return {}
 
-    def causes(self, finding: Found, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
+    def causes(self, result: Found, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What raises alerts, by their codes."""
         return {}
 
-    def pictures(self, finding: Found, study: Study, templates: Path | None) -> Iterable[Any]:
+    def pictures(self, result: Found, study: Study, templates: Path | None) -> Iterable[Any]:
         """The figures among its steps, each a `figures.style.Picture`."""
         return ()
 
-    def parts(self, finding: Found, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, result: Found, templates: Path | None) -> Mapping[str, Any]:
         """Sentences and tables of its section, by the names that its template knows."""
         return {}
 
-    def printed(self, finding: Found, study: Study) -> str:
+    def printed(self, result: Found, study: Study) -> str:
         """What a run prints of it on standard output."""
         return ""
 
-    def written(self, finding: Found, study: Study) -> Mapping[str, bytes]:
+    def written(self, result: Found, study: Study) -> Mapping[str, bytes]:
         """The content of its files, as far as there is any."""
         return {}

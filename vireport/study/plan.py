@@ -238,12 +238,16 @@ class Plan(Struct, frozen=True, eq=False):
         """Whether any of the tasks is part of the run."""
         return any(step.runs for step in self.steps if step.task in tasks)
 
+    def running(self, task: str) -> AnyTask | None:
+        """The task of a name as it is declared, with what it is; None where it is no part of the run."""
+        return next((step.task for step in self.steps if step.runs and step.task == task), None)
+
     @property
     def left_out(self) -> tuple[Step, ...]:
         """The steps that do not run."""
         return tuple(step for step in self.steps if not step.runs)
 
-    def reason(self, task: AnyTask) -> str | None:
+    def reason(self, task: str) -> str | None:
         """Why a task is left out; None where it runs, or is not listed."""
         return next((step.why for step in self.left_out if step.task == task), None)
 

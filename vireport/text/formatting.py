@@ -273,6 +273,17 @@ def tied(text: str) -> str:
     return _TIED.sub(NO_BREAK, text)
 
 
+def subtitle(*parts: str) -> str:
+    """The line below the heading of a page: its parts, but for empty ones, none of which is broken within a quantity.
+
+    Examples
+    --------
+    >>> subtitle("Prototype", "", "measured.yaml")
+    'Prototype · measured.yaml'
+    """
+    return " · ".join(tied(part) for part in parts if part)
+
+
 _GREEK = {
     "lambda": "\u03bb",
     "Delta": "\u0394",

@@ -5,7 +5,7 @@ import typer
 from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
 from vireport.base.files import require_writable
-from vireport.cli import options as given
+from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand
 from vireport.cli.inputs import read_scenario
 from vireport.cli.options import figure_width_mm, recorded, refuse
@@ -14,16 +14,16 @@ from vireport.cli.outcome import CommandOutcome, deliver, progress, tell_lacking
 
 def verify(
     context: typer.Context,
-    scenario: given.ScenarioIfAny = None,
-    extremes: given.Extremes = False,
-    every: given.EveryRun = False,
-    set_: given.Set = None,
-    output: given.Folder = None,
-    json: given.Json = False,
-    figure_width: given.FigureWidth = None,
-    force: given.Force = False,
-    quiet: given.Quiet = False,
-    verbose: given.Verbose = False,
+    scenario: options.ScenarioIfAny = None,
+    extremes: options.Extremes = False,
+    every: options.EveryRun = False,
+    set_: options.Set = None,
+    output: options.Folder = None,
+    json: options.Json = False,
+    figure_width: options.FigureWidth = None,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Measure the error of every method against its run time, and compare compliant with rigid membranes.
 

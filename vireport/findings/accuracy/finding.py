@@ -66,7 +66,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
 
     def pictures(self, measured_errors: WorkPrecision, study: Study, templates: Path | None) -> Iterator[Any]:
         """Errors over run times, where there is something to compare."""
-        drawn = next((step.task for step in study.plan.steps if step.runs and step.task == FIGURE), None)
+        drawn = study.plan.running(FIGURE)
         if drawn is not None and measured_errors.quantities:
             from vireport.findings.accuracy.figure import picture
 

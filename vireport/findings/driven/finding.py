@@ -73,8 +73,8 @@ class DrivenFinding(AddedFinding["Driven"]):
 
     def pictures(self, driven: Driven, study: Study, templates: Path | None) -> Iterator[Any]:
         """The impacts along the record."""
-        drawn = next(step.task for step in study.plan.steps if step.task == FIGURE)
-        if study.plan.runs(drawn):
+        drawn = study.plan.running(FIGURE)
+        if drawn is not None:
             from vireport.findings.driven.figure import picture
 
             yield picture(driven, drawn, templates)

@@ -95,7 +95,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
 
     def pictures(self, compliance: Compliance, study: Study, templates: Path | None) -> Iterator[Any]:
         """Errors of the solvers, and the rates at which the motion tends to the rigid one."""
-        drawn = next((step.task for step in study.plan.steps if step.runs and step.task == FIGURE), None)
+        drawn = study.plan.running(FIGURE)
         if drawn is not None and compliance.runs:
             from vireport.findings.membranes.figure import picture
 

@@ -48,9 +48,8 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.findings.outcomes.steps import SHOCK
         from vireport.study.plan import plan
 
-        for step in plan(scenario).left_out:
-            if step.task == SHOCK:
-                raise UsageError(f"requirements.survives_shock_m_s cannot be judged: {step.why}")
+        if (why := plan(scenario).reason(SHOCK)) is not None:
+            raise UsageError(f"requirements.survives_shock_m_s cannot be judged: {why}")
 
     def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Outcomes] | None:
         """What the device does when it is switched on as the block says, at any moment, and near the design point."""

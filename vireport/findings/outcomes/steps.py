@@ -59,13 +59,13 @@ WANTED = Precondition(
 
 def steps() -> Iterator[DeclaredStep]:
     """The six steps in their order, and the two figures."""
-    block_stated, basin = "the scenario has a disturbances block", "disturbances.basin is true"
-    yield DeclaredStep(MOMENTS, (GIVEN, DESIGN), block_stated)
-    yield DeclaredStep(WINDOWS, (GIVEN, AT_ONCE, NUMBA, OUTPUT), block_stated)
-    yield DeclaredStep(SHOCK, (GIVEN, DESIGN, NUMBA), block_stated)
+    has_disturbances, basin = "the scenario has a disturbances block", "disturbances.basin is true"
+    yield DeclaredStep(MOMENTS, (GIVEN, DESIGN), has_disturbances)
+    yield DeclaredStep(WINDOWS, (GIVEN, AT_ONCE, NUMBA, OUTPUT), has_disturbances)
+    yield DeclaredStep(SHOCK, (GIVEN, DESIGN, NUMBA), has_disturbances)
     why = "a disturbances block, or a word that is required, asks for it"
     yield DeclaredStep(COEXISTENCE, (COMPARED, DESIGN, NUMBA, WANTED), why)
     yield DeclaredStep(JITTER, (GIVEN, KICKED, DESIGN), "one of disturbances.jitter_... is given")
     yield DeclaredStep(BASINS, (DESIGN, NUMBA), basin, (DRAWN,))
-    yield DeclaredStep(FIGURE_SHOCKS, (GIVEN, DESIGN, NUMBA, PICTURES), block_stated, before=Task.FIGURE_CYCLE)
+    yield DeclaredStep(FIGURE_SHOCKS, (GIVEN, DESIGN, NUMBA, PICTURES), has_disturbances, before=Task.FIGURE_CYCLE)
     yield DeclaredStep(FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), basin, (DRAWN,), before=Task.FIGURE_CYCLE)

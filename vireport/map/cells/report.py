@@ -19,7 +19,7 @@ from vireport.study.judging.alerts import Alert
 from vireport.study.judging.opening import Opening, Statement, WordedOpening
 from vireport.study.judging.verdict import Status
 from vireport.study.provenance import Provenance
-from vireport.text.formatting import OF_A_MODEL, Exactness, tied
+from vireport.text.formatting import OF_A_MODEL, Exactness, subtitle
 from vireport.text.said import words_of
 from vireport.text.templates import Words
 
@@ -79,7 +79,7 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
     @property
     def subtitle(self) -> str:
         """Title and name of the map file."""
-        return " · ".join(tied(part) for part in (self.title, self.provenance.scenario_name) if part)
+        return subtitle(self.title, self.provenance.scenario_name)
 
     def say(self, macro: str, *values: Any) -> str:
         """What a macro of the words of maps says."""

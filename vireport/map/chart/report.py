@@ -18,7 +18,7 @@ from vireport.scenario.loading import Loaded
 from vireport.study.judging.alerts import Alert
 from vireport.study.judging.opening import WordedOpening
 from vireport.study.provenance import Provenance
-from vireport.text.formatting import Exactness, tied
+from vireport.text.formatting import Exactness, subtitle
 from vireport.text.tables import Table
 from vireport.text.templates import Words
 
@@ -62,7 +62,7 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
     @property
     def subtitle(self) -> str:
         """Title and file of the scenario."""
-        return " · ".join(tied(part) for part in (self.title, self.provenance.scenario_name) if part)
+        return subtitle(self.title, self.provenance.scenario_name)
 
     @cached_property
     def named(self) -> Naming:

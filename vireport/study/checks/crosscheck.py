@@ -287,8 +287,8 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
     device = sweep.device
     bounces = sweep.parameter.bounces
     restitution = groups.restitution if bounces else device.restitution
-    groups_here = groups._replace(restitution=restitution, harmonics=device.harmonics)
-    everywhere = find_motions(groups_here, device.period_ratio)
+    shared = groups._replace(restitution=restitution, harmonics=device.harmonics)
+    everywhere = find_motions(shared, device.period_ratio)
     at_values: list[Motions | None] = [None] * len(values)
     for i in np.unique(everywhere.cell):
         orbit = everywhere.orbit.select(everywhere.cell == i)
