@@ -167,8 +167,10 @@ def remains(folder: Path, name: str) -> list[str]:
     wrong, row = [], ADDITIONS[name]
     if run(folder, "-c", f"import vireport.{row.packages[0]}").returncode == 0:
         wrong.append(f"the package {row.packages[0]} can still be imported")
-    if "command" in row.declares and run(folder, "-m", "vireport", name, EXAMPLE).returncode != 2:
-        wrong.append(f"vireport {name} is still a command")
+    for word in (name, *row.old_names) if "command" in row.declares else ():
+        refused = run(folder, "-m", "vireport", word, EXAMPLE)
+        if refused.returncode != 2 or f"'{word}'" not in refused.stderr:
+            wrong.append(f"vireport {word} is not refused as no command: {refused.stderr.strip()}")
     return wrong
 
 
@@ -182,8 +184,8 @@ def main() -> int:
     with TemporaryDirectory() as temporary:
         folder = Path(temporary)
         copy_of_project(folder)
-        for each in names:
-            remove(folder, each)
+        for addition in names:
+            remove(folder, addition)
         run(folder, "tools/write_keys.py")
         wrong = mistakes(folder, names)
         contract = run(folder, "-c", "from importlinter.cli import lint_imports; raise SystemExit(lint_imports())")

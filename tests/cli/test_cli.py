@@ -116,6 +116,7 @@ def test_formats_narrow_what_is_written(example, tmp_path: Path) -> None:
         (["nothing.yaml"], "nothing.yaml"),
         (["validat", "x.yaml"], "did you mean the command 'validate'"),
         (["rnu", "x.yaml"], "did you mean the command 'run'"),
+        (["xyzw", str(EXAMPLES / "inclined.yaml")], "there is no command 'xyzw' (allowed: run, check, "),
         (["run"], "Missing argument"),
         (["--nope", "x.yaml"], "No such option"),
         (["run", "examples/inclined.yaml", "--format", "docx"], "allowed: html, pdf"),

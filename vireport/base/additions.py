@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 Declares = Literal["command", "finding", "keys"]
@@ -24,11 +25,14 @@ class AdditionRow(NamedTuple):
         adds to a study as `FINDING`, and `keys` has blocks of a scenario of its own as `KEYS`.
     after : tuple of str
         The additions that it needs: without one of them it is left out as well.
+    old_names : mapping of str to str
+        The names that its command had, which go on working, and the option that each of them stands for, if any.
     """
 
     packages: tuple[str, ...]
     declares: tuple[Declares, ...]
     after: tuple[str, ...] = ()
+    old_names: Mapping[str, str] = MappingProxyType({})
 
 
 ROWS: Mapping[str, AdditionRow] = {
@@ -40,9 +44,9 @@ ROWS: Mapping[str, AdditionRow] = {
     "proofs": AdditionRow(("findings.proofs",), ("finding",), after=("outcomes",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
     "identify": AdditionRow(("identify",), ("command",)),
-    "verify": AdditionRow(("verify",), ("command",), after=("checks",)),
-    "compare": AdditionRow(("comparison",), ("command",)),
-    "map": AdditionRow(("map",), ("command",)),
+    "verify": AdditionRow(("verify",), ("command",), ("checks",), {"accuracy": "", "extremes": "--extremes"}),
+    "compare": AdditionRow(("comparison",), ("command",), old_names={"diff": "--exit-code"}),
+    "map": AdditionRow(("map",), ("command",), old_names={"chart": "", "sweep": ""}),
     "optimise": AdditionRow(("optimise",), ("command",)),
     "explore": AdditionRow(("bench",), ("command",)),
 }

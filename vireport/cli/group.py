@@ -10,6 +10,7 @@ from typer import Typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
+from vireport.base.additions import ADDITIONS
 from vireport.base.errors import UsageError
 from vireport.cli.declared import CommandPanel
 
@@ -19,14 +20,10 @@ LONGEST_HELP = 200
 """Characters of what the list of commands tells of each: none is cut."""
 
 OLD_NAMES: Mapping[str, list[str]] = {
-    "accuracy": ["verify"],
-    "chart": ["map"],
-    "diff": ["compare", "--exit-code"],
-    "extremes": ["verify", "--extremes"],
     "validate": ["check"],
     "plan": ["check"],
     "schema": ["init", "--schema"],
-    "sweep": ["map"],
+    **{old: [name, *option.split()] for name, row in ADDITIONS.items() for old, option in row.old_names.items()},
 }
 """Names that commands had: they go on working."""
 
@@ -101,3 +98,5 @@ class Program(TyperGroup):
             raise UsageError(f"there is no command '{word}'; did you mean '{MEANT[word]}'?")
         if close := get_close_matches(word, [*self.commands, *OLD_NAMES], 1):
             raise UsageError(f"no such file '{word}'; did you mean the command '{close[0]}'?")
+        if others and Path(others[0]).exists():
+            raise UsageError(f"there is no command '{word}' (allowed: {', '.join(self.commands)})")
