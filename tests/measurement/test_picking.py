@@ -151,9 +151,19 @@ def test_clipped_impacts_keep_their_times() -> None:
         (np.zeros(10_000), 2.0, "is constant"),
         (np.ones(10_000), 2.0, "is constant"),
         (signal([0.1], [1.0], 0.5), 2.0, "1 impact stand out"),
-        (signal([0.1], [1.0], 0.5), 2000.0, "24 samples in a period of the force are too few"),
+        (signal([0.1], [1.0], 0.5), 2000.0, "24 samples in a period of the force are too few to tell the membrane"),
+        (signal([0.1], [1.0], 0.5), 48.1, "998 samples in a period .*sign of an impact .*1000 and more"),
+        (signal([0.1], [1.0], 0.5), 48.0, "voltage_v is sampled too slowly"),
     ],
 )
 def test_signals_without_impacts_are_refused(values: Any, frequency: float, message: str) -> None:
     with pytest.raises(UsageError, match=message):
         picked(recording(voltage_v=values), frequency)
+
+
+def test_channels_of_both_membranes_need_fewer_samples() -> None:
+    values = signal([0.1, 0.2], [1.0, 1.0], 0.5)
+    with pytest.raises(UsageError, match="2 impacts stand out"):
+        picked(recording(bottom_sound_pa=values, top_sound_pa=values), 480.0)
+    with pytest.raises(UsageError, match="96 samples in a period of the force are too few to time impacts"):
+        picked(recording(bottom_sound_pa=values, top_sound_pa=values), 500.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,26 @@ def signals(harmonics: tuple[tuple[int, float, float], ...] = ()) -> dict[str, A
     noise = 0.3 * rng.standard_normal(len(values))
     channels["acceleration_m_s2"] = device.amplitude_n / device.capsule_mass_kg * force + struck + noise + 0.2
     return channels | {"sampling_rate_hz": RATE}
+
+
+CR_ONLY = {
+    "every row wrong": ("time_s,voltage_v", "{0:.3f},{0}x", 1),
+    "no units": ("time,voltage", "{0:.3f},0.1", 2),
+    "slow for signs": ("time_s,voltage_v", "{0:.3f},{1}", 1),
+}
+
+
+@pytest.mark.parametrize("name", CR_ONLY)
+def test_filters_are_not_loaded_for_a_record_that_is_refused(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    head, row, mistakes = CR_ONLY[name]
+    rows = [head, *(row.format(k / 1000, 0.6 * (k % 250 == 51) + 0.3 * (k % 250 == 52)) for k in range(12_000))]
+    (tmp_path / "x.csv").write_bytes("\r".join(rows).encode())
+    for module in ("scipy.signal", "scipy.ndimage"):
+        monkeypatch.setitem(sys.modules, module, None)
+    assert main(["identify", SCENARIO, "--record", str(tmp_path / "x.csv"), "-o", str(tmp_path / "out")]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == mistakes
 
 
 def recorded(folder: Path, harmonics: tuple[tuple[int, float, float], ...] = ()) -> str:

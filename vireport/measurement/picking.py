@@ -72,8 +72,13 @@ SMOOTHED = 4.0
 ALONE = 0.5
 """Of two channels at once: share of the other's strength below which one only hears through the device."""
 
-COARSEST = 0.01
-"""Step over the period of the force beyond which no impact can be timed."""
+FEWEST_SAMPLES = 100
+"""In a period of the force, for an impact to be timed."""
+
+FEWEST_FOR_SIGN = 1000
+"""In a period of the force, where the sign of an impact tells its membrane. With fewer the filter cannot be set between
+an impact and what is slower: of pulses that ring or are halves of a sine, of 4 to 100 samples, half of the rise was one
+sample, or later swings were taken for impacts."""
 
 FOLDED = 0.1
 """Share of the power of impacts in the last tenth below half of the sampling rate beyond which more lies beyond it."""
@@ -194,12 +199,9 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
     UsageError
         If impacts cannot be timed or do not stand out.
     """
-    if (step := recording.step_s * frequency_hz) > COARSEST:
-        raise UsageError(
-            f"{recording.name}: {1 / step:.3g} samples in a period of the force are too few to time impacts (allowed: "
-            f"{1 / COARSEST:.0f} and more, thousands for use; or another excitation.frequency_hz)"
-        )
     sources = recording.of(HeardPlace.BOTTOM, HeardPlace.TOP, HeardPlace.EITHER) or recording.of(HeardPlace.CAPSULE)
+    # Before filters are loaded, which takes a second.
+    _require_samples(recording, frequency_hz, by_sign=len(sources) == 1)
     heard = []
     for k, channel in enumerate(sources):
         say(WorkStep(f"picking impacts from {channel.name}", k / len(sources)))
@@ -218,6 +220,25 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
     if recording.uneven_s > 0.01 * recording.step_s:
         findings.append(RecordFinding(Doubt.UNEVEN, "", recording.uneven_s))
     return Picked(recording, frequency_hz, tuple(heard), times, walls, errors, tuple(findings))
+
+
+def _require_samples(recording: Recording, frequency_hz: float, by_sign: bool) -> None:
+    """Refuse a recording with too few samples in a period of the force, of which impacts may be told `by_sign`.
+
+    Raises
+    ------
+    UsageError
+    """
+    samples = 1 / (recording.step_s * frequency_hz)
+    least = FEWEST_FOR_SIGN if by_sign else FEWEST_SAMPLES
+    if round(samples) >= least:
+        return
+    what = "tell the membrane by the sign of an impact" if by_sign else "time impacts"
+    other = "a channel for each membrane" if by_sign else "another excitation.frequency_hz"
+    raise UsageError(
+        f"{recording.name}: {samples:.3g} samples in a period of the force are too few to {what} (allowed: {least} and "
+        f"more, thousands for use; or {other})"
+    )
 
 
 def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Array:
@@ -241,14 +262,16 @@ def _heard(recording: Recording, channel: Channel, frequency_hz: float) -> Heard
     Raises
     ------
     UsageError
-        If nothing stands out of its noise.
+        If it is constant, or nothing stands out of its noise.
     """
-    from scipy.ndimage import uniform_filter1d  # type: ignore[import-untyped]
-
+    if np.ptp(channel.values) == 0:
+        raise UsageError(f"{recording.name}: {channel.name} is constant: nothing is connected (allowed: a signal)")
     signal = filtered(recording, channel, frequency_hz)
     wait = max(2, round(WAIT / (frequency_hz * recording.step_s)))
     beginnings = _beginnings(recording, channel, signal, wait, 1)
     if (over := round(beginnings.rise_samples / SMOOTHED)) > 2:
+        from scipy.ndimage import uniform_filter1d  # type: ignore[import-untyped]
+
         for stretch in recording.stretches:
             part = signal[stretch.first : stretch.last]
             part[:] = uniform_filter1d(part, over)
@@ -285,8 +308,6 @@ def _beginnings(recording: Recording, channel: Channel, signal: Array, wait: int
 
     size = np.abs(signal)
     largest = float(size.max())
-    if np.ptp(channel.values) == 0:
-        raise UsageError(f"{recording.name}: {channel.name} is constant: nothing is connected (allowed: a signal)")
     every = max(1, len(size) // 1_000_000)
     noise = max(1.4826 * float(np.median(size[::every])), _resolution(channel.values) / sqrt(12), 1e-7 * largest)
     rows: list[tuple[float, float, float, float, int]] = []
