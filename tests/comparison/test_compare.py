@@ -514,9 +514,10 @@ def test_words_and_what_may_vary_are_settings_as_the_scenarios_have_them() -> No
     pair = compare([required, study("best-design")])
     written = {}
     for table in ComparisonReport(pair, {}, comparison_provenance(pair, "")).settings():
-        written |= dict(zip((column.title for column in table.columns), zip(*table.rows, strict=True), strict=True))
-    assert written["requirements.words"] == ("BT", "\u2014")
-    assert written["design.vary.1.path"] == ("\u2014", "excitation.frequency_hz")
+        assert [column.title for column in table.columns] == ["Key", *pair.names]
+        written |= {key: values for key, *values in table.rows}
+    assert written["requirements.words"] == ["BT", "\u2014"]
+    assert written["design.vary.1.path"] == ["\u2014", "excitation.frequency_hz"]
 
 
 def test_a_variant_is_the_scenario_with_that_value() -> None:
@@ -728,13 +729,42 @@ def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
     assert files["report.pdf"].startswith(b"%PDF-")
 
 
-def test_every_quantity_that_a_scenario_has_is_in_a_table_of_whole_rows() -> None:
+def test_every_quantity_that_no_other_table_has_is_in_a_table_of_whole_rows() -> None:
     report = ComparisonReport(three(), {}, comparison_provenance(three(), ""))
-    compared = [*report.critical_points(), *report.quantities()]
-    given = [x for x in three().quantities if any(cell.value is not None or cell.finding for cell in x.cells)]
-    assert sum(len(table.rows) for table in compared) == len(given) > 20
-    for table in [*compared, report.ranking(), report.margins(), report.alerts()]:
+    (compared,) = report.quantities()
+    of_a_kind = {group: sum(x.group is group for x in three().quantities) for group in QuantityGroup}
+    told = QuantityGroup.VOLTAGE, QuantityGroup.CRITICAL_POINT, QuantityGroup.DISTURBANCES
+    # The ranking has the voltage at the design point.
+    assert len(compared.rows) == sum(of_a_kind[group] for group in told) - 1 > 8
+    assert not [row for row in compared.rows if "argin" in row[0] or "design point" in row[0]]
+    for table in [compared, *report.settings(), report.ranking(), report.margins(), report.alerts()]:
         assert {len(row) for row in table.rows} == {len(table.columns)}
+
+
+def test_the_values_that_differ_run_down_or_across_so_that_the_table_is_narrow() -> None:
+    scenarios = compare(EXAMPLES / "design-point.yaml", vary={"device.length_m": [0.7, 0.72]})
+    (few,) = ComparisonReport(scenarios, {}, comparison_provenance(scenarios, "")).settings()
+    assert [column.title for column in few.columns] == ["Scenario", "device.length_m"]
+    assert few.rows == (("length 0.7 m", "0.7"), ("length 0.72 m", "0.72"))
+    (more,) = ComparisonReport(three(), {}, comparison_provenance(three(), "")).settings()
+    assert [column.title for column in more.columns] == ["Key", *THREE]
+    assert ("inclination_deg", "0", "45", "45") in more.rows
+
+
+def test_a_report_says_once_which_figures_lack_which_scenarios() -> None:
+    pair = compare([study("inclined"), study("design-point")], names=("one", "other"))
+    table = ComparisonReport(pair, {}, comparison_provenance(pair, "")).left_out()
+    assert table.rows[0] == ("Figures 2, 4 and 7 of other", "It has no sweep")
+
+
+def test_the_voltage_per_second_has_a_column_only_where_impacts_are_not_equally_frequent() -> None:
+    def heads(*devices: Study) -> list[str]:
+        return [column.title for column in ranking_table(compare(devices).ranking).columns]
+
+    assert "Per second" not in heads(study("inclined"), study("horizontal"))
+    faster = study("design-point", "excitation.frequency_hz=2.1")
+    assert "Per second" in heads(study("design-point"), faster)
+    assert "per second" in ranking_table(compare([study("design-point"), faster]).ranking).note
 
 
 def test_without_a_ball_mass_the_figure_of_voltages_alone_is_left_out() -> None:

@@ -684,7 +684,15 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
         "Ranked by requirements missed, stable 1:1 motion, recovery, least shock, margin to use and voltage. The "
         "margin to use is the least of what rigid impacts, soft membranes and neglected effects leave. The mean "
         "voltage is U_ave of the stable motion at the design point, by the paper's formulae; of several motions it is "
-        "the least. The voltage per second is the sum over the impacts of a second.",
+        "the least.",
+    ),
+    (
+        "ranked_by_rate",
+        ([],),
+        "Ranked by requirements missed, stable 1:1 motion, margin to use and voltage. The margin to use is the least "
+        "of what rigid impacts, soft membranes and neglected effects leave. The mean voltage is U_ave of the stable "
+        "motion at the design point, by the paper's formulae; of several motions it is the least. The voltage per "
+        "second is the sum over the impacts of a second.",
     ),
     ("no_design_point", ("a and b",), "No design point, and so no margin to compare: a and b."),
     ("no_ball_mass", ("a and b",), "No device.ball_mass_kg, and so no voltage to compare: a and b."),
@@ -699,21 +707,28 @@ COMPARE_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("title", ("a and b",), "Comparison of a and b"),
     ("scenarios", (5,), "5 scenarios"),
     ("count", (3, 9), "3 of 9 quantities differ"),
-    ("critical_points", (), "Critical points"),
-    ("quantities", (), "Stable ranges, margins and voltages"),
+    ("quantities", (), "Voltages and critical points"),
     ("quantities_heads", (), "Quantity | Difference"),
     ("of_scenarios", ("Critical points", "a and b"), "Critical points: a and b"),
     ("noted", ("1.5", "B1"), "1.5 (B1)"),
     ("sweep_end", (), "sweep"),
     ("only_some", (), "only some"),
-    ("other_type", (), "type"),
     ("dash", ("no sweep", "a and b"), "no sweep (a and b)"),
     ("dashes", (["no sweep (a)", "no design point (b)"],), "A dash: no sweep (a); no design point (b)."),
-    ("settings", (), "Values that are not the same in all scenarios"),
+    ("settings", (), "Values that are not the same in all scenarios | Scenario | Key"),
     ("alerts", (), "Alerts of the scenarios"),
     ("alerts_heads", (), "Code | Severity | Alert | Scenarios"),
-    ("causes", (), "The report of a scenario by itself has the cause with its numbers, and the remedy."),
-    ("figure_of", ("figure-2", "a and b"), "Figure-2 of a and b"),
+    ("left_out", (), "Not in this report | What | Why"),
+    ("figure_of", ("7", "a and b"), "Figure 7 of a and b"),
+    ("figures_of", ("2 and 4", "a"), "Figures 2 and 4 of a"),
+    ("lacks_margins", (), "Further margins, ends of stable ranges in d | compare.csv has every number"),
+    (
+        "lacks_sections",
+        (),
+        "Table 1, every motion, equations | They are in the report of a scenario by itself (vireport run)",
+    ),
+    ("origins", (), "Scenarios | Scenario | File | Set over it"),
+    ("hashes", (), "SHA-256 of the scenarios, with what was set over them | Scenario | SHA-256"),
     ("has_no_sweep", (), "it has no sweep"),
     ("has_no_ball_mass", (), "device.ball_mass_kg is not given"),
     ("overlay_title", (), "All scenarios on one axis"),
@@ -1740,6 +1755,13 @@ SAID += [
         (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.LENGTH),),
         "The error of the length costs most.",
     ),
+    ("provenance", "made_with", (), "Made with | What | Value"),
+    (
+        "provenance",
+        "made_of",
+        (),
+        "Scenario | SHA-256 of the scenario | SHA-256 of the lines above | Set over it | Command | Python | Libraries",
+    ),
     ("figures/record", "figure_record_title", ({},), "What was picked"),
     ("identify", "heading", ("taps.csv",), "Identified from taps.csv"),
     *(
@@ -1830,6 +1852,7 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
         "words/changes.j2",
         "words/compare.j2",
         "words/optimise.j2",
+        "words/provenance.j2",
         "words/quantities.j2",
         "words/verify.j2",
     }  # Python decides there

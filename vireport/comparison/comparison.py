@@ -44,7 +44,7 @@ COMPARED_FIGURES = ("figure-2", "figure-4", "figure-7")
 OVERLAY = "figure-variants"
 """All scenarios on one axis."""
 
-BESIDE_ONE_ANOTHER = 4
+BESIDE_ONE_ANOTHER = 5
 """Scenarios beside one another in a table or a figure; of more there are several."""
 
 FEW_NAMES = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -19,7 +19,7 @@ from vireport.comparison.comparison import (
     left_out,
 )
 from vireport.comparison.ranking import margins_table, ranking_table, remarks
-from vireport.report.changes.quantities import QuantityGroup
+from vireport.report.changes.quantities import DESIGN_VOLTAGE, QuantityGroup
 from vireport.report.changes.sentences import NOTHING, listed
 from vireport.report.changes.table import ComparisonRow
 from vireport.scenario.parameters import Parameter
@@ -28,13 +28,16 @@ from vireport.study.provenance import Provenance
 from vireport.study.results import SWEEP_END
 from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, rounded_text, words, written
 from vireport.text.said import Said, spoken, words_of
-from vireport.text.tables import Table, numbers, texts
+from vireport.text.tables import Table, numbers, texts, worded_table
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
 
 
 _said = words_of("compare")
+
+IN_OTHER_TABLES = QuantityGroup.DESIGN_POINT, QuantityGroup.STABLE_RANGE, QuantityGroup.MARGIN
+"""What ranking and margins tell in fewer rows."""
 
 
 class ComparisonReport(Struct, frozen=True, eq=False):
@@ -88,25 +91,22 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         table = margins_table(self.comparison.ranking, self.templates)
         return None if table is None else _inert(table)
 
+    def say(self, macro: str, *values: Any) -> str:
+        """What a macro of the words of comparisons says."""
+        return self._say(_said(macro, *values))
+
     @property
     def swept(self) -> list[Parameter]:
         """The parameters that the scenarios sweep."""
         sweeps = (study.solution.sweep for study in self.comparison.studies)
         return list(dict.fromkeys(sweep.parameter for sweep in sweeps if sweep is not None))
 
-    def critical_points(self) -> Iterator[Table]:
-        """The critical points of all scenarios."""
-        return self._side_by_side("critical_points", [QuantityGroup.CRITICAL_POINT])
-
     def quantities(self) -> Iterator[Table]:
-        """All quantities of all scenarios but the critical points."""
-        groups = [group for group in QuantityGroup if group is not QuantityGroup.CRITICAL_POINT]
-        return self._side_by_side("quantities", groups)
-
-    def _side_by_side(self, title: str, groups: Sequence[QuantityGroup]) -> Iterator[Table]:
-        """Set the quantities of some groups in a row each, with as many scenarios beside one another as fit."""
+        """What no other table has, a quantity in each row, with as many scenarios beside one another as fit."""
         comparison, names = self.comparison, self.comparison.names
-        chosen = [row for row in comparison.quantities if row.group in groups]
+        chosen = [
+            row for row in comparison.quantities if row.group not in IN_OTHER_TABLES and row.name != DESIGN_VOLTAGE.name
+        ]
         first, last = _said("quantities_heads").parts(self.templates)
         for part in columns(len(names)) if chosen else ():
             rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
@@ -119,20 +119,26 @@ class ComparisonReport(Struct, frozen=True, eq=False):
                 for row in rows
             )
             head = (*texts(first), *numbers(*map(_plain, names[part]), last))
-            caption = _said(title)
+            caption = _said("quantities")
             if len(names) > BESIDE_ONE_ANOTHER:
                 caption = _said("of_scenarios", caption, listed(names[part]))
             note = _dashes(names[part], part, rows)
             yield Table(_plain(self._say(caption)), head, lines, "" if note is None else _plain(self._say(note)))
 
     def settings(self) -> Iterator[Table]:
-        """The values by which scenarios differ, a scenario in each row."""
-        names, scenario = self.comparison.names, self._say(_said("head_scenario"))
-        for part in columns(len(self.comparison.settings)):
-            settings = self.comparison.settings[part]
-            rows = tuple((name, *(written(row.values[k]) for row in settings)) for k, name in enumerate(names))
-            head = (*texts(scenario), *numbers(*(row.quantity for row in settings)))
-            yield _inert(Table(self._say(_said("settings")), head, rows))
+        """The values by which scenarios differ: those run down, scenarios or keys, of which there are more."""
+        names, settings = tuple(map(_plain, self.comparison.names)), self.comparison.settings
+        keys = tuple(row.quantity for row in settings)
+        cells = [[written(value) for value in row.values] for row in settings]
+        caption, *heads = _said("settings").parts(self.templates)
+        if len(keys) > len(names):
+            down, across, head = keys, names, texts(heads[1])
+        else:
+            down, across, head = names, keys, texts(heads[0])
+            cells = [list(row) for row in zip(*cells, strict=True)]
+        for part in columns(len(across)):
+            rows = tuple((name, *row[part]) for name, row in zip(down, cells, strict=True))
+            yield Table(caption, (*head, *numbers(*across[part])), rows)
 
     def alerts(self) -> Table | None:
         """The alerts with the scenarios that raise them; None where there is none."""
@@ -143,25 +149,36 @@ class ComparisonReport(Struct, frozen=True, eq=False):
                 names.setdefault(key, []).append(name)
         rows = tuple((*key[1:], _plain(self._listed(raising))) for key, raising in sorted(names.items()))
         head = texts(*_said("alerts_heads").parts(self.templates))
-        return Table(self._say(_said("alerts")), head, rows, self._say(_said("causes"))) if rows else None
+        return Table(self._say(_said("alerts")), head, rows) if rows else None
 
     def _listed(self, names: Sequence[str]) -> str:
         return str(spoken(listed(names), self.templates))
 
-    def left_out(self) -> Iterator[tuple[str, str]]:
+    def left_out(self) -> Table:
         """What is not in the report, and why."""
+        figures: dict[tuple[Said, str], list[str]] = {}
         for figure in COMPARED_FIGURES:
             names: dict[Said, list[str]] = {}
             for name, why in left_out(self.comparison, figure):
                 names.setdefault(why, []).append(name)
             for why, lacking in names.items():
-                yield self._say(_said("figure_of", figure, listed(lacking))), capital(self._say(why))
+                figures.setdefault((why, self._listed(lacking)), []).append(figure.removeprefix("figure-"))
+        rows = [
+            (
+                _plain(self.say("figures_of" if numbers[1:] else "figure_of", self._listed(numbers), lacking)),
+                capital(self._say(why)),
+            )
+            for (why, lacking), numbers in figures.items()
+        ]
+        others = [_said(macro).parts(self.templates) for macro in ("lacks_margins", "lacks_sections")]
+        return worded_table(self.say, "left_out", "tt", [*rows, *others])
 
-    def origins(self) -> Iterator[tuple[str, str, str, str]]:
-        """Name, file, what was set over it, and hash of each scenario."""
-        for name, study in self.comparison.by_name.items():
-            loaded = study.loaded
-            yield name, _file(loaded.document.name), " ".join(loaded.overrides) or ABSENT, loaded.sha256
+    def origins(self) -> tuple[Table, Table]:
+        """The files of the scenarios with what was set over them, and their hashes."""
+        loaded = {_plain(name): study.loaded for name, study in self.comparison.by_name.items()}
+        rows = [(name, _file(of.document.name), " ".join(of.overrides) or ABSENT) for name, of in loaded.items()]
+        hashes = [(name, of.sha256) for name, of in loaded.items()]
+        return worded_table(self.say, "origins", "tcc", rows), worded_table(self.say, "hashes", "tc", hashes)
 
     @property
     def listing(self) -> str:
@@ -203,7 +220,7 @@ def _difference(row: ComparisonRow) -> str | Said:
     """How far apart the values are."""
     if row.change is None:
         return _said("only_some") if row.differs else ABSENT
-    return percent(row.change) if row.change or not row.differs else _said("other_type")
+    return percent(row.change)
 
 
 def _dashes(names: Sequence[str], part: slice, rows: Sequence[ComparisonRow]) -> Said | None:

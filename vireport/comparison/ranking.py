@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint
+from vireport.physics.device import Device
 from vireport.report.changes.sentences import NOTHING, listed
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.opening import margin_said
@@ -100,6 +101,11 @@ class Ranked(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         return f"<Ranked {self.rank}: {visible(self.name)}, {self.study.verdict.word}>"
+
+    @property
+    def impacts_per_second(self) -> float:
+        """How often the ball strikes a membrane in a 1:1 motion [Hz]."""
+        return _impacts_per_second(self.study.solution.device)
 
     @property
     def stable(self) -> bool:
@@ -205,6 +211,10 @@ def rank_studies(studies: Mapping[str, Study], merits: Sequence[Merit] = ()) -> 
     return tuple(sorted(ranked, key=lambda scenario: scenario.rank))
 
 
+def _impacts_per_second(device: Device) -> float:
+    return IMPACTS_PER_PERIOD * float(device.frequency_hz or 0.0) / device.period_ratio
+
+
 def _withstood(study: Study) -> Withstood | None:
     """What the motion in use withstands: the stable 1:1 motions or, where there are none, what is reached from rest."""
     outcomes: Outcomes | None = study.findings.get("outcomes")
@@ -236,7 +246,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     shock = _withstands_all(study)
     if withstood is not None and withstood.jump_m_s is not None:
         shock = withstood.jump_m_s
-    per_second = IMPACTS_PER_PERIOD * float(solution.device.frequency_hz or 0.0) / solution.device.period_ratio
+    per_second = _impacts_per_second(solution.device)
     return margin, {
         Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
         Merit.STABILITY: float(stable and (check is None or check.passed)),
@@ -299,6 +309,9 @@ def ranking_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Ta
     order = ranked[0].order
     merits = [merit for merit in RANKING_COLUMNS if merit in order]
     filled = [merit for merit in merits if any(scenario.said(merit) != ABSENT for scenario in ranked)]
+    # Of devices that strike equally often it is the same multiple of the mean voltage.
+    if len({scenario.impacts_per_second for scenario in ranked}) == 1:
+        filled = [merit for merit in filled if merit is not Merit.RATE]
     heads = [_said(f"head_{merit}") for merit in filled]
     rows = [[*map(scenario.said, filled)] for scenario in ranked]
     if Merit.MARGIN in filled:
@@ -312,7 +325,8 @@ def ranking_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Ta
         (scenario.name, str(scenario.rank), _verdict(scenario, templates), *spoken(row, templates))
         for scenario, row in zip(ranked, rows, strict=True)
     )
-    note = _said("ranked_by", [_said(f"by_{merit}") for merit in order if merit in RANK_BY.values()])
+    requested = [_said(f"by_{merit}") for merit in order if merit in RANK_BY.values()]
+    note = _said("ranked_by_rate" if Merit.RATE in filled else "ranked_by", requested)
     return Table(_said("ranking").words(templates), columns, cells, note.words(templates))
 
 

@@ -20,6 +20,7 @@ from msgspec import Struct
 
 from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
+from vireport.report.made_with import made_with
 from vireport.text.enclosed import plus_minus
 from vireport.text.formatting import factor_text, tied
 from vireport.text.templates import environment_of, mistakes_named
@@ -163,8 +164,9 @@ def inert_json(value: Any) -> str:
     return json_text(value).replace("<", "\\u003c")
 
 
-FILTERS: dict[str, Callable[..., str]] = {
+FILTERS: dict[str, Callable[..., Any]] = {
     "json": inert_json,
+    "made_with": made_with,
     "plus_minus": plus_minus,
     "power": factor_text,
     "rich": rich,

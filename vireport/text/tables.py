@@ -9,12 +9,14 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from itertools import zip_longest
 from textwrap import fill, wrap
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from msgspec import Struct
 
+from vireport.base.errors import RenderError
 from vireport.text.foreign import visible
 from vireport.text.formatting import NO_BREAK, tied
+from vireport.text.said import BETWEEN
 
 LINE = 110
 """Characters after which a paragraph is broken on a terminal."""
@@ -24,6 +26,11 @@ _MARKS = re.compile(r"([\\`*_\[\]|~$])")
 _LINKS = re.compile(r"@(?=\w)|#(?=\d)|:(?=//)|\bwww(?=\.)|\bmailto(?=:)", re.IGNORECASE)
 """What sites like GitHub make a link of, or a message to somebody."""
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
+
+
+Kind = Literal["text", "number", "code"]
+KINDS: dict[str, Kind] = {"t": "text", "n": "number", "c": "code"}
+"""What the columns of a table hold, by letters."""
 
 
 class Column(Struct, frozen=True, eq=False):
@@ -39,7 +46,7 @@ class Column(Struct, frozen=True, eq=False):
     """
 
     title: str
-    kind: Literal["text", "number", "code"] = "text"
+    kind: Kind = "text"
     width: int | None = None
 
 
@@ -61,6 +68,38 @@ class Table(Struct, frozen=True, eq=False):
     columns: tuple[Column, ...]
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
+
+
+def worded_table(
+    say: Callable[..., str], macro: str, kinds: str, rows: Iterable[Sequence[str]], *values: Any, note: str = ""
+) -> Table:
+    """Make a table whose caption and heads are said by one macro, with bars between them.
+
+    Parameters
+    ----------
+    say : callable
+        What a macro says of what it is given: `Words` of its file.
+    macro : str
+    kinds : str
+        A letter for each column: t for text, n for numbers, c for code.
+    rows : iterable of sequence of str
+    *values
+        What the macro is given.
+    note : str
+        Of the table.
+
+    Raises
+    ------
+    RenderError
+        Where the macro, which may be a user's, has more or fewer heads than there are columns.
+    """
+    caption, *heads = say(macro, *values).split(BETWEEN)
+    if len(heads) != len(kinds):
+        raise RenderError(
+            f"macro {macro!r}: a caption and {len(kinds)} heads are needed, with '{BETWEEN}' between them"
+        )
+    columns = tuple(Column(head, KINDS[kind]) for head, kind in zip(heads, kinds, strict=True))
+    return Table(caption, columns, tuple(map(tuple, rows)), note)
 
 
 def numbers(*titles: str) -> tuple[Column, ...]:
