@@ -35,6 +35,7 @@ from vireport.physics.groups import Groups, Restitutions
 from vireport.study.families import family_rows
 from vireport.study.judging.stretch import STATED_FIELD_V_M
 from vireport.study.provenance import Provenance
+from vireport.study.result_records import SCHEMA_VERSION
 from vireport.text.foreign import inert_cell
 
 if TYPE_CHECKING:
@@ -48,8 +49,6 @@ if TYPE_CHECKING:
     from vireport.study.checks.crosscheck import CrossCheck, MotionCount
     from vireport.study.checks.hysteresis import Hysteresis
     from vireport.study.coexistence import Coexisting
-
-SCHEMA_VERSION = 1
 
 SWEEP_END = "end of the sweep"
 """What ends a stable range that no critical point ends."""

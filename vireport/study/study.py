@@ -38,8 +38,8 @@ from vireport.study.plan import (
     refuse_undecidable,
 )
 from vireport.study.provenance import Provenance
+from vireport.study.result_records import SCHEMA_VERSION
 from vireport.study.results import (
-    SCHEMA_VERSION,
     effects_data,
     family_motions,
     json_bytes,

@@ -9,18 +9,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import inf
 from pathlib import Path
-from sys import float_info
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from msgspec import convert
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.report.changes.quantities import QuantityGroup, bound_in_d, compared_scenarios
+from vireport.report.changes.quantities import QuantityGroup, bound_in_d, compared_scenarios, scenario_keys
 from vireport.report.changes.sentences import since_baseline
 from vireport.report.changes.table import Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.study.earlier import read_earlier
-from vireport.study.results import SCHEMA_VERSION
+from vireport.study.reading import LONGEST_TEXT, read_results
+from vireport.study.result_records import CriticalPointData, MarginData, Results
 from vireport.study.study import Study, require_study
 from vireport.text.foreign import visible
 from vireport.text.said import Said
@@ -28,22 +29,16 @@ from vireport.text.said import Said
 RELATIVE = 1e-6
 """Relative difference up to which a number is the same: far above rounding, far below what a device is made to."""
 
-LONGEST_TEXT = 200
-"""Characters of a text of a baseline that are shown."""
+PointData = CriticalPointData | MarginData
+"""A critical point, or the margin to one."""
 
-REQUIRED_KEYS = (
-    *("schema_version", "scenario", "branches", "critical_points"),
-    *("stable_range", "design_point", "alerts"),
-)
-
-PointData = Mapping[str, Any]
-"""A critical point, or the margin to one, as results.json has it."""
+Place = TypeVar("Place", CriticalPointData, MarginData)
 
 
 def read_baseline(path: str | Path) -> dict[str, Any]:
     """Read the results of an earlier run from its results.json or its report, or from standard input ("-").
 
-    They are compared with themselves, so that what they lack is found before a scenario is solved.
+    They are compared with themselves, so that what is wrong with them is known before a scenario is solved.
 
     Raises
     ------
@@ -56,36 +51,9 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
 
 
 def require_comparable(baseline: Any, name: str) -> None:
-    """Raise UsageError unless a baseline can be compared, found out on itself: what is missing may lie deep inside."""
-    _require_results(baseline, name)
-    _changed_rows(baseline, baseline, RELATIVE, name)
-
-
-def _require_results(baseline: Any, name: str = "baseline") -> None:
-    """Raise UsageError, saying what is missing, unless this is results.json of a version that is understood."""
-    if not isinstance(baseline, Mapping):
-        raise UsageError(f"{name}: is no results.json (a block of keys)")
-    if missing := [key for key in REQUIRED_KEYS if key not in baseline]:
-        raise UsageError(f"{name}: is no results.json of vireport: {', '.join(missing)} missing")
-    version = baseline["schema_version"]
-    if version != SCHEMA_VERSION:
-        text = visible(repr(version), LONGEST_TEXT)
-        raise UsageError(f"{name}: schema_version {text} is not understood (allowed: {SCHEMA_VERSION})")
-    _require_finite(baseline, name)
-
-
-def _require_finite(baseline: Any, name: str) -> None:
-    """Raise UsageError where a number is none, or is larger than any double: nothing can be compared with it."""
-    waiting = [("", baseline)]  # a list, as a file may be nested deeper than Python calls
-    while waiting:
-        path, value = waiting.pop()
-        if isinstance(value, Mapping):
-            waiting += [(f"{path}.{key}" if path else str(key), value[key]) for key in value]
-        elif isinstance(value, list | tuple):
-            waiting += [(f"{path}[{k}]", entry) for k, entry in enumerate(value)]
-        elif isinstance(value, int | float) and not -float_info.max <= value <= float_info.max:
-            text = visible(repr(value) if isinstance(value, float) else "an integer beyond all doubles")
-            raise UsageError(f"{name}: {visible(path, LONGEST_TEXT)} is {text} (results have finite numbers only)")
+    """Raise UsageError unless a baseline can be compared: with itself, as its numbers may overflow in a formula."""
+    results = read_results(baseline, name)
+    _changed_rows(results, results, RELATIVE, name)
 
 
 def diff(
@@ -112,30 +80,21 @@ def diff(
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
     if not isinstance(study, Mapping):
         require_study(study)
-    _require_results(baseline)
-    return _changed_rows(baseline, study if isinstance(study, Mapping) else study.to_dict(), relative)
+    now = read_results(study, "results") if isinstance(study, Mapping) else convert(study.to_dict(), Results)
+    return _changed_rows(read_results(baseline, "baseline"), now, relative, "baseline")
 
 
-def _changed_rows(
-    baseline: Mapping[str, Any], now: Mapping[str, Any], relative: float, name: str = "baseline"
-) -> tuple[ComparisonRow, ...]:
+def _changed_rows(baseline: Results, now: Results, relative: float, name: str) -> tuple[ComparisonRow, ...]:
     try:
         # Where a damaged baseline overflows, NumPy would warn, go on with inf or nan, and compare these as numbers.
         with np.errstate(all="raise"):
             return changes(baseline, now, relative)
-    except (KeyError, TypeError, AttributeError, IndexError, ValueError, ArithmeticError) as error:
-        what = visible(f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error), LONGEST_TEXT)
-        raise UsageError(f"{name}: is no results.json of vireport: {what}") from error
+    except (ArithmeticError, ValueError) as error:
+        raise UsageError(f"{name}: is no results.json of vireport: {visible(str(error), LONGEST_TEXT)}") from error
 
 
-def changes(old: Mapping[str, Any], new: Mapping[str, Any], relative: float = RELATIVE) -> tuple[ComparisonRow, ...]:
-    """Compare two results, as data: what is not the same, by groups, of each what changed most first.
-
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        Where one lacks what results.json has.
-    """
+def changes(old: Results, new: Results, relative: float = RELATIVE) -> tuple[ComparisonRow, ...]:
+    """Compare two results: what is not the same, by groups, of each what changed most first."""
     scenarios = compared_scenarios({"before": _relabelled(old, new, relative), "after": new})
     always = Axes(axes_of(scenarios.values(), relative).always)
     return tuple(_since_baseline(row) for row in comparison_rows(scenarios, always, relative) if _has_changed(row))
@@ -175,47 +134,49 @@ def _plain(value: Any) -> float | str | None:
     return None if value is None else visible(str(value), LONGEST_TEXT)
 
 
-def _relabelled(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> dict[str, Any]:
+def _relabelled(old: Results, new: Results, relative: float) -> Results:
     """Give the critical points of old results the labels that the same points have in the new ones.
 
     A point that is gone keeps its label, unless another point has it now.
     """
-    taken = [_name(point) for point in new["critical_points"]]
-    clashing = [point["label"] for point in old["critical_points"] if _name(point) in taken]
-    labels: dict[Any, Any] = {label: Said("of_baseline", (label,), "quantities") for label in clashing}
-    labels |= {point["label"]: match["label"] for point, match in _paired(old, new, relative)}
+    taken = [_name(point) for point in new.critical_points]
+    clashing = [point.label for point in old.critical_points if _name(point) in taken]
+    labels: dict[str, Any] = {label: Said("of_baseline", (label,), "quantities") for label in clashing}
+    labels |= {point.label: match.label for point, match in _paired(old, new, relative)}
 
-    def named(points: Sequence[PointData]) -> list[PointData]:
-        return [{**point, "label": labels.get(point["label"], point["label"])} for point in points]
+    def named(points: Sequence[Place]) -> list[Place]:
+        return [replace(point, label=labels.get(point.label, point.label)) for point in points]
 
-    relabelled = {**old, "critical_points": named(old["critical_points"])}
-    if old["scenario"].get("sweep") and old["design_point"] is not None:
-        relabelled["design_point"] = {**old["design_point"], "margins": named(old["design_point"]["margins"])}
+    relabelled = replace(old, critical_points=named(old.critical_points))
+    if scenario_keys(old).sweep is not None and old.design_point is not None:
+        design = replace(old.design_point, margins=named(old.design_point.margins))
+        relabelled = replace(relabelled, design_point=design)
     return relabelled
 
 
 def _name(point: PointData) -> tuple[str, str, str]:
-    return point["label"], point["kind"], point["family"]
+    return point.label, point.kind, point.family
 
 
-def _paired(old: Mapping[str, Any], new: Mapping[str, Any], relative: float) -> list[tuple[PointData, PointData]]:
+def _paired(old: Results, new: Results, relative: float) -> list[tuple[CriticalPointData, CriticalPointData]]:
     """Pair critical points of before and now: first those in the same place, then those of the same label.
 
     One more point before them shifts the labels of all that follow, so that a label alone pairs the wrong ones.
     """
-    swept = [(results["scenario"].get("sweep") or {}).get("parameter") for results in (old, new)]
-    column = "sweep_value" if swept[0] == swept[1] else "d"
+    sweeps = [scenario_keys(results).sweep for results in (old, new)]
+    before, now = (None if sweep is None else sweep.parameter for sweep in sweeps)
 
-    def bound(point: PointData) -> float:
-        value, error = float(point["sweep_value"]), float(point["error_bound"])
-        return error if column == "sweep_value" else bound_in_d(float(point["d"]), value, error)
+    def place(point: CriticalPointData) -> tuple[float, float]:
+        """Where a point is, with its error bound."""
+        value, bound = point.sweep_value, point.error_bound
+        return (value, bound) if before == now else (point.d, bound_in_d(point.d, value, bound))
 
-    def same_place(point: PointData, other: PointData) -> bool:
-        x, y = float(point[column]), float(other[column])
-        return abs(y - x) <= relative * max(abs(x), abs(y)) + bound(point) + bound(other)
+    def same_place(point: CriticalPointData, other: CriticalPointData) -> bool:
+        (x, bound), (y, other_bound) = place(point), place(other)
+        return abs(y - x) <= relative * max(abs(x), abs(y)) + bound + other_bound
 
-    left, right = list(old["critical_points"]), list(new["critical_points"])
-    pairs: list[tuple[PointData, PointData]] = []
+    left, right = list(old.critical_points), list(new.critical_points)
+    pairs: list[tuple[CriticalPointData, CriticalPointData]] = []
     for same in (same_place, lambda point, other: _name(point) == _name(other)):
         for point in list(left):
             alike = (other for other in right if _name(other)[1:] == _name(point)[1:])

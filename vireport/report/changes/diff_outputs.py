@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from vireport.base.encoding import json_text
-from vireport.report.changes.baseline import LONGEST_TEXT, RELATIVE, diff
+from vireport.report.changes.baseline import RELATIVE, diff
 from vireport.report.changes.sentences import before_and_after
 from vireport.report.changes.table import ComparisonRow
+from vireport.study.reading import LONGEST_TEXT
 from vireport.study.study import Study
 from vireport.text.foreign import visible
 from vireport.text.formatting import ABSENT, exact, percent

@@ -1,6 +1,6 @@
 """What is compared of a scenario: settings, requirements, motions, stable ranges, margins, voltages and alerts.
 
-All is taken from the data of results.json, so that a study and the results of an earlier run are the same here. A
+All is taken from the records of results.json, so that a study and the results of an earlier run are the same here. A
 place along the sweep is given in the swept parameter and in d, which scenarios with different sweeps share.
 """
 
@@ -12,16 +12,24 @@ from functools import cached_property
 from math import pi
 from typing import Any, Literal
 
-from msgspec import Struct
-from msgspec.structs import replace
+from msgspec import Struct, convert
+from msgspec.structs import asdict, replace
 
 from vireport.base.records import brief
 from vireport.design.recovery import NoRecovery
-from vireport.motions.events import Event
-from vireport.motions.stability import Stability
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
-from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
+from vireport.scenario.parameters import Parameter, ScalarInput
+from vireport.study.result_records import (
+    BranchData,
+    DesignData,
+    MarginData,
+    MeasuredData,
+    MeasuredImpact,
+    Results,
+    ScenarioKeys,
+    StableRangeData,
+)
 from vireport.text.formatting import OF_A_MODEL, OF_INPUTS, ROUGHLY, Exactness, rounded_text
 from vireport.text.said import Said, words_of
 
@@ -166,36 +174,34 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
 
     Attributes
     ----------
-    results : mapping
-        As results.json has them.
+    results : Results
     numbered : bool
         Whether the stable ranges have numbers, as they need where any scenario has several.
-    measured : mapping or None
+    measured : MeasuredData or None
         The 1:1 motion that was measured at the design point of this scenario, or else of the first that has one.
     """
 
-    results: Mapping[str, Any]
+    results: Results
     numbered: bool
-    measured: Mapping[str, Any] | None = None
+    measured: MeasuredData | None = None
+
+    @cached_property
+    def scenario(self) -> ScenarioKeys:
+        """The scenario as it was understood, as far as comparisons read it."""
+        return scenario_keys(self.results)
 
     @cached_property
     def device(self) -> Device:
         """The device, whose swept parameter may be None."""
-        scenario = self.results["scenario"]
-        optional: dict[str, Any] = dict.fromkeys(DRIVING)
-        keys = {**optional, **scenario, **scenario["device"], **scenario["excitation"]}
-        # Results of earlier versions have no such key.
-        keys["harmonics"] = tuple(
-            Harmonic.of(harmonic["order"], harmonic["percent"], harmonic["phase_deg"])
-            for harmonic in keys.get("harmonics", ())
-        )
-        return Device(**{name: keys[name] for name in Device.__struct_fields__ if name in keys})
+        scenario = self.scenario
+        keys = asdict(scenario) | asdict(scenario.device) | asdict(scenario.excitation)
+        keys["harmonics"] = tuple(Harmonic.of(each.order, each.percent, each.phase_deg) for each in keys["harmonics"])
+        return Device(**{name: keys[name] for name in Device.__struct_fields__})
 
-    @cached_property
+    @property
     def swept(self) -> Parameter | None:
         """The parameter that is swept."""
-        sweep = self.results["scenario"].get("sweep")
-        return Parameter(sweep["parameter"]) if sweep else None
+        return None if self.scenario.sweep is None else self.scenario.sweep.parameter
 
     def d(self, parameter: Parameter, value: float) -> float:
         """The group d where a parameter has a value."""
@@ -203,13 +209,7 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def quantities(self) -> Mapping[Hashable, ComparedQuantity]:
-        """All that is compared, by its identity.
-
-        Raises
-        ------
-        KeyError, TypeError, ValueError
-            Where something is missing, or is not what results.json has.
-        """
+        """All that is compared, by its identity."""
         return {quantity.identity: quantity for quantity in _quantities(self)}
 
     def quantity(self, of: ComparedQuantity) -> ComparedQuantity:
@@ -224,7 +224,7 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
 
     def _absence(self, of: ComparedQuantity) -> tuple[Text, bool, bool]:
         """Tell why there is none, whether that is a finding, and whether the scenario could have it."""
-        design = self.results["design_point"]
+        design = self.results.design_point
         others = any(quantity.group is of.group and quantity.axis == of.axis for quantity in self.quantities.values())
         held = self.swept is not None and not self.swept.moves_d and of.axis == "d"
         if of.group is QuantityGroup.MEASURED:
@@ -246,38 +246,32 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
         return _said("no_further_range") if others else NO_STABLE, True, True
 
 
-def compared_scenarios(results: Mapping[str, Mapping[str, Any]]) -> dict[str, ComparedScenario]:
-    """Take what is compared from the results of several scenarios, by their names.
-
-    Raises
-    ------
-    KeyError, TypeError
-        Where something is missing, or is not what results.json has.
-    """
-    numbered = any(len(data["stable_range"]) > 1 for data in results.values())
+def compared_scenarios(results: Mapping[str, Results]) -> dict[str, ComparedScenario]:
+    """Take what is compared from the results of several scenarios, by their names."""
+    numbered = any(len(data.stable_range) > 1 for data in results.values())
     measured = {name: _measured_at_design(data) for name, data in results.items()}
     first = next((by_value for by_value in measured.values() if by_value is not None), None)
     return {name: ComparedScenario(data, numbered, measured[name] or first) for name, data in results.items()}
 
 
-def _measured_at_design(results: Mapping[str, Any]) -> Mapping[str, Any] | None:
+def _measured_at_design(results: Results) -> MeasuredData | None:
     """The first 1:1 motion that was measured at the design point, if one was."""
-    design, periods = results["design_point"], results["scenario"].get("period_ratio", 1)
-    for at in results.get("measured") or () if design is not None else ():
-        if (at["word"], at["periods"]) == ("BT", periods) and at["sweep_value"] == design["value"]:
-            return dict(at)
-    return None
+    design, measured = results.design_point, results.measured
+    if design is None or not measured:
+        return None
+    kind = "BT", scenario_keys(results).period_ratio
+    return next((at for at in measured if (at.word, at.periods) == kind and at.sweep_value == design.value), None)
 
 
-def are_stable(motions: Mapping[str, Any]) -> list[bool]:
-    """Tell which motions of a branch or of a design point, as data, are stable and admissible."""
-    rows = zip(motions["stability"], motions["admissible"], strict=True)
-    return [bool(admissible) and Stability(word).attracts for word, admissible in rows]
+def are_stable(motions: BranchData | DesignData) -> list[bool]:
+    """Tell which motions of a branch or of a design point are stable and admissible."""
+    rows = zip(motions.stability, motions.admissible, strict=True)
+    return [admissible and stability.attracts for stability, admissible in rows]
 
 
 def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
     """Read all that is compared; of two quantities of one identity the later one counts."""
-    design = scenario.results["design_point"]
+    design = scenario.results.design_point
     yield from _stated(scenario.results)
     yield _stable_at_design(design)
     if scenario.swept is not None:
@@ -285,26 +279,26 @@ def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
         yield from _stable_ranges(scenario, scenario.swept)
     if design is not None:
         # Of two motions that end in one way on one side the nearer margin counts, and so comes last.
-        yield from reversed(list(_margins(scenario, design["margins"])))
+        yield from reversed(list(_margins(scenario, design.margins)))
     yield from _disturbances(scenario.results)
     yield from _measured(scenario)
     yield from _voltages(scenario)
 
 
-def _stated(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
+def _stated(results: Results) -> Iterator[ComparedQuantity]:
     """Read what results say that is no number they computed: settings, the types of motions, alerts, requirements."""
-    for path, value in _settings(results["scenario"]):
+    for path, value in _settings(results.scenario):
         yield ComparedQuantity(QuantityGroup.SCENARIO, path, value)
-    if (design := results["design_point"]) is not None:
-        motions = zip(design["family"], design["stability"], are_stable(design), strict=True)
+    if (design := results.design_point) is not None:
+        motions = zip(design.family, design.stability, are_stable(design), strict=True)
         names = sorted(f"{family} {word}" for family, word, stable in motions if stable)
         yield ComparedQuantity(QuantityGroup.DESIGN_POINT, _said("stable_motion"), ", ".join(names) or "none")
-    for alert in results["alerts"]:
-        subject = f"{alert['code']} {alert['title']}"
-        yield ComparedQuantity(QuantityGroup.ALERT, subject, alert["severity"], code=alert["code"])
-    for criterion in (results.get("requirements") or {}).get("criteria", ()):
-        outcome = "met" if criterion["passed"] else "not met"
-        yield ComparedQuantity(QuantityGroup.REQUIREMENT, f"requirements.{criterion['key']}", outcome)
+    for alert in results.alerts:
+        subject = f"{alert.code} {alert.title}"
+        yield ComparedQuantity(QuantityGroup.ALERT, subject, alert.severity, code=alert.code)
+    for criterion in results.requirements.criteria if results.requirements is not None else ():
+        outcome = "met" if criterion.passed else "not met"
+        yield ComparedQuantity(QuantityGroup.REQUIREMENT, f"requirements.{criterion.key}", outcome)
 
 
 STANDARD_ERRORS = "standard errors"
@@ -322,6 +316,11 @@ MEASURED_QUANTITIES = (
 """Names in results.json, which macros have as well, and units, of what is compared of each measured impact."""
 
 
+def scenario_keys(results: Results) -> ScenarioKeys:
+    """What comparisons read of the scenario of results."""
+    return convert(results.scenario, ScenarioKeys)
+
+
 def is_computed(of: ComparedQuantity) -> bool:
     """Whether a quantity of an impact is the one that is computed, which takes no record."""
     return isinstance(of.subject, Said) and of.subject.macro == "computed"
@@ -335,12 +334,12 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
     records, at_design = scenario.measured, _measured_at_design(scenario.results)
     if records is None:
         return
-    for side, impact in enumerate(records["impacts"]):
+    for side, impact in enumerate(records.impacts):
         computed = _computed_impact(scenario, side, impact)
         for name, unit in MEASURED_QUANTITIES:
-            named = _said(name), impact["membrane"]
+            named = _said(name), impact.membrane
             of = ComparedQuantity(QuantityGroup.MEASURED, _said("measured", *named), unit=unit)
-            value, error = float(impact[name]), float(impact[f"{name}_standard_error"])
+            value, error = getattr(impact, name), getattr(impact, f"{name}_standard_error")
             if at_design is not None:
                 # Two that differ by less than their intervals of 95 % do not differ.
                 note = _said("standard_error", rounded_text(error, ROUGHLY))
@@ -357,21 +356,21 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
                 yield replace(difference, value=off / error, note=remark)
 
 
-def _computed_impact(scenario: ComparedScenario, side: int, impact: Mapping[str, Any]) -> dict[str, float] | None:
+def _computed_impact(scenario: ComparedScenario, side: int, impact: MeasuredImpact) -> dict[str, float] | None:
     """An impact of the stable 1:1 motion at the design point; of several of that nearest to the measured one."""
-    design = scenario.results["design_point"]
+    design = scenario.results.design_point
     if design is None or not any(stable := are_stable(design)):
         return None
-    place = ("bottom", "top")[side]
-    velocities = design[f"velocity_{place}"]
+    bottom = design.velocity_bottom, design.phi_bottom_rad
+    velocities, phases = bottom if side == 0 else (design.velocity_top, design.phi_top_rad)
     rows = [k for k, attracts in enumerate(stable) if attracts]
-    row = min(rows, key=lambda k: abs(float(velocities[k]) - float(impact["velocity"])))
-    unit = float(scenario.device.velocity_unit(Parameter(design["parameter"]), float(design["value"])))
-    q, ratio = float(design["q"][row]), scenario.results["scenario"].get("period_ratio", 1)
+    row = min(rows, key=lambda k: abs(velocities[k] - impact.velocity))
+    unit = float(scenario.device.velocity_unit(design.parameter, design.value))
+    q, ratio = design.q[row], scenario.scenario.period_ratio
     return {
-        "velocity_m_s": unit * float(velocities[row]),
-        "velocity": float(velocities[row]),
-        "phase_rad": float(design[f"phi_{place}_rad"][row]),
+        "velocity_m_s": unit * velocities[row],
+        "velocity": velocities[row],
+        "phase_rad": phases[row],
         "flight_t_c": 2 * ratio * (q if side == 0 else 1 - q),
     }
 
@@ -387,34 +386,36 @@ def _settings(scenario: Mapping[str, Any], path: str = "") -> Iterator[tuple[str
             yield f"{path}{key}", value
 
 
-def _stable_at_design(design: Mapping[str, Any] | None) -> ComparedQuantity:
+def _stable_at_design(design: DesignData | None) -> ComparedQuantity:
     """Count the stable motions at the design point."""
     if design is None:
         return replace(STABLE_MOTIONS, note=NO_DESIGN)
-    words = [word for word, stable in zip(design["stability"], are_stable(design), strict=True) if stable]
+    words = [word for word, stable in zip(design.stability, are_stable(design), strict=True) if stable]
     if not words:
         return replace(STABLE_MOTIONS, note=NO_STABLE, finding=True)
     return replace(STABLE_MOTIONS, value=float(len(words)), note=" and ".join(dict.fromkeys(words)))
 
 
-def _disturbances(results: Mapping[str, Any]) -> Iterator[ComparedQuantity]:
+def _disturbances(results: Results) -> Iterator[ComparedQuantity]:
     """Read what the device comes to from rest, how fast it recovers, and the least shock, as far as it was computed."""
-    disturbances = results.get("disturbances") or {}
-    start, shock = disturbances.get("from_rest") or {}, disturbances.get("shock") or {}
-    if start.get("outcome") is not None:
-        words = str(start["outcome"]).replace("_1_1", " 1:1 motion").replace("_", " ")
-        word = f" ({start['word']} every {start['periods']} periods)" if start["outcome"] == "other_motion" else ""
+    disturbances = results.disturbances
+    if disturbances is None:
+        return
+    start, shock = disturbances.from_rest, disturbances.shock or None
+    if start is not None and start.outcome is not None:
+        words = start.outcome.replace("_1_1", " 1:1 motion").replace("_", " ")
+        word = f" ({start.word} every {start.periods} periods)" if start.outcome == "other_motion" else ""
         yield ComparedQuantity(QuantityGroup.DISTURBANCES, _said("from_rest"), words + word)
-    if disturbances.get("recovery_periods") is not None:
-        bound = float(disturbances.get("recovery_error_bound_periods") or 0.0)
-        yield replace(RECOVERY, value=float(disturbances["recovery_periods"]), bound=bound)
-    elif disturbances:
-        at_event = disturbances.get("recovery_reason") == NoRecovery.AT_EVENT
+    if disturbances.recovery_periods is not None:
+        bound = disturbances.recovery_error_bound_periods or 0.0
+        yield replace(RECOVERY, value=disturbances.recovery_periods, bound=bound)
+    else:
+        at_event = disturbances.recovery_reason == NoRecovery.AT_EVENT
         yield replace(RECOVERY, note=str(NoRecovery.AT_EVENT) if at_event else NO_STABLE_AT_DESIGN)
-    if shock.get("least_jump_m_s") is not None:
-        yield replace(LEAST_SHOCK, value=float(shock["least_jump_m_s"]))
-    elif shock.get("searched_to_m_s") is not None:
-        yield replace(LEAST_SHOCK, note=_said("no_shock_up_to", rounded_text(shock["searched_to_m_s"])))
+    if shock is not None and shock.least_jump_m_s is not None:
+        yield replace(LEAST_SHOCK, value=shock.least_jump_m_s)
+    elif shock is not None and shock.searched_to_m_s is not None:
+        yield replace(LEAST_SHOCK, note=_said("no_shock_up_to", rounded_text(shock.searched_to_m_s)))
 
 
 def bound_in_d(d: float, value: float, bound: float) -> float:
@@ -430,9 +431,9 @@ def _place(group: QuantityGroup, subject: Said, axis: Along, missing: str) -> Co
 
 def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[ComparedQuantity]:
     held = "" if swept.moves_d else HELD
-    for point in scenario.results["critical_points"]:
-        kind, value, d = Event(point["kind"]).words, float(point["sweep_value"]), float(point["d"])
-        bound, subject = float(point["error_bound"]), _said("critical_point", point["label"], kind, point["family"])
+    for point in scenario.results.critical_points:
+        value, d, bound = point.sweep_value, point.d, point.error_bound
+        subject = _said("critical_point", point.label, point.kind.words, point.family)
         in_swept, in_d = (_place(QuantityGroup.CRITICAL_POINT, subject, axis, "no_point_for") for axis in (swept, "d"))
         yield replace(in_swept, value=value, bound=bound)
         yield replace(in_d, value=d, bound=bound_in_d(d, value, bound), note=held)
@@ -440,7 +441,7 @@ def _critical_points(scenario: ComparedScenario, swept: Parameter) -> Iterator[C
 
 def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[ComparedQuantity]:
     """Read the ends of stable ranges, the lower one first: where d falls as the value grows, they change places."""
-    ranges = [[_end(part, end) for end in ("from", "to")] for part in scenario.results["stable_range"]]
+    ranges = [_ends(part) for part in scenario.results.stable_range]
     places: list[tuple[Along, list[list[tuple[float, str, float]]]]] = [(swept, ranges)]
     if swept.moves_d:
         ends_in_d = [
@@ -458,21 +459,23 @@ def _stable_ranges(scenario: ComparedScenario, swept: Parameter) -> Iterator[Com
                 yield replace(place, value=value, note=note, bound=bound)
 
 
-def _end(part: Mapping[str, Any], end: str) -> tuple[float, str, float]:
-    """Read value, reason and error bound of one end of a stable range."""
-    return float(part[end]), str(part[f"{end}_reason"]), float(part.get(f"{end}_error_bound") or 0.0)
+def _ends(part: StableRangeData) -> list[tuple[float, str, float]]:
+    """Value, reason and error bound of both ends of a stable range."""
+    return [
+        (part.from_, part.from_reason, part.from_error_bound or 0.0),
+        (part.to, part.to_reason, part.to_error_bound or 0.0),
+    ]
 
 
-def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -> Iterator[ComparedQuantity]:
+def _margins(scenario: ComparedScenario, margins: Iterable[MarginData]) -> Iterator[ComparedQuantity]:
     """Read the distances [%] to the critical points that end the stable motions of the design point, nearest first."""
     swept = scenario.swept
     for margin in margins:
-        varied, kind = DesignInput(margin["parameter"]), Event(margin["kind"]).words
-        critical = float(margin["sweep_value"])
-        design = critical - float(margin["distance"])
-        if not margin["ends_stability"] or margin["relative"] is None:
+        varied, kind, critical = margin.parameter, margin.kind.words, margin.sweep_value
+        design = critical - margin.distance
+        if not margin.ends_stability or margin.relative is None:
             continue
-        shares: list[tuple[Along, float]] = [(varied, float(margin["relative"]))]
+        shares: list[tuple[Along, float]] = [(varied, margin.relative)]
         if swept is not None and varied.sweepable is swept and swept.moves_d:
             d = scenario.d(swept, design)
             shares.append(("d", (scenario.d(swept, critical) - d) / d))
@@ -484,8 +487,8 @@ def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -
                 100 * share,
                 "%",
                 axis=axis,
-                family=margin["family"],
-                bound=100 * float(margin["error_bound"]) / abs(design),
+                family=margin.family,
+                bound=100 * margin.error_bound / abs(design),
                 # A margin is a ratio less 1. The critical and the design value may both be off by the tolerance, and a
                 # margin of 0.2 % by 500 times as much of itself.
                 scale=200 * abs(critical / design),
@@ -493,10 +496,9 @@ def _margins(scenario: ComparedScenario, margins: Iterable[Mapping[str, Any]]) -
 
 
 def _voltages(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
-    results = scenario.results
-    evaluated = results["scenario"]["device"].get("ball_mass_kg") is not None
-    yield _design_voltage(results["design_point"], evaluated)
-    volts = list(_stable_voltages(results["branches"])) if evaluated else []
+    evaluated = scenario.scenario.device.ball_mass_kg is not None
+    yield _design_voltage(scenario.results.design_point, evaluated)
+    volts = list(_stable_voltages(scenario.results.branches)) if evaluated else []
     for word, choose in (("highest", max), ("lowest", min)):
         extreme = ComparedQuantity(
             QuantityGroup.VOLTAGE,
@@ -513,11 +515,12 @@ def _voltages(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
             yield replace(extreme, note=_said("no_motion_in_sweep"), finding=True)
 
 
-def _design_voltage(design: Mapping[str, Any] | None, evaluated: bool) -> ComparedQuantity:
+def _design_voltage(design: DesignData | None, evaluated: bool) -> ComparedQuantity:
     if design is None or not evaluated:
         return replace(DESIGN_VOLTAGE, note=NO_DESIGN if design is None else NO_MASS)
-    motions = zip(design["u_ave_v"], design["error_bounds"]["u_ave_v"], are_stable(design), strict=True)
-    volts = [(float(u), float(bound or 0.0)) for u, bound, stable in motions if stable]
+    u_ave_v, bounds = design.u_ave_v or [], design.error_bounds.get("u_ave_v") or [None] * len(design.stability)
+    motions = zip(u_ave_v, bounds, are_stable(design), strict=True)
+    volts = [(u, float(bound or 0.0)) for u, bound, stable in motions if stable and u is not None]
     if not volts:
         return replace(DESIGN_VOLTAGE, note=NO_STABLE_AT_DESIGN, finding=True)
     (lowest, bound), (highest, _) = min(volts), max(volts)
@@ -525,10 +528,11 @@ def _design_voltage(design: Mapping[str, Any] | None, evaluated: bool) -> Compar
     return replace(DESIGN_VOLTAGE, value=lowest, note=_said("least_of", len(volts)) if several else "", bound=bound)
 
 
-def _stable_voltages(branches: Iterable[Mapping[str, Any]]) -> Iterator[float]:
+def _stable_voltages(branches: Iterable[BranchData]) -> Iterator[float]:
     """Read U_ave of the stable motions of branches, and of the critical points beside them, where stability ends."""
     for branch in branches:
         stable = are_stable(branch)
-        for k, (u, label) in enumerate(zip(branch["u_ave_v"], branch["critical_point"], strict=True)):
-            if stable[k] or (label and any(stable[max(k - 1, 0) : k + 2])):
-                yield float(u)
+        labels = branch.critical_point or [None] * len(stable)
+        for k, (u, label) in enumerate(zip(branch.u_ave_v or (), labels, strict=True)):
+            if u is not None and (stable[k] or (label and any(stable[max(k - 1, 0) : k + 2]))):
+                yield u

@@ -154,8 +154,8 @@ def axes_of(scenarios: Iterable[ComparedScenario], same: float) -> Axes:
     (parameter,) = {parameter for parameter in swept if parameter is not None}
     if not parameter.moves_d:
         return Axes((parameter,))
-    start = float(sweeping[0].results["scenario"]["sweep"]["from"])
-    multiples = [scenario.d(parameter, start) for scenario in sweeping]
+    sweep = sweeping[0].scenario.sweep
+    multiples = [scenario.d(parameter, sweep.from_) for scenario in sweeping] if sweep is not None else [0.0]
     return Axes((parameter,), () if max(multiples) - min(multiples) <= same * max(multiples) else ("d",))
 
 
