@@ -80,11 +80,11 @@ def remove(folder: Path, name: str) -> None:
 
 def keys_of(name: str) -> list[str]:
     """The paths of the keys of a scenario that are known where an addition is."""
-    return [*blocks_of(name), *(path for path, addition in keys_of_additions(Scenario) if addition == name)]
+    return [*added_by(name), *(path for path, addition in keys_of_additions(Scenario) if addition == name)]
 
 
-def blocks_of(name: str) -> list[str]:
-    """The blocks of a scenario that an addition brings."""
+def added_by(name: str) -> list[str]:
+    """The paths of the keys of a scenario that an addition brings."""
     row = ADDITIONS[name]
     return list(import_module(f"vireport.{row.packages[0]}.keys").KEYS) if "keys" in row.declares else []
 

@@ -2,7 +2,7 @@
 
     python tools/write_keys.py
 
-Blocks that additions to a study bring are set behind the others in docs/scenario.md, each with the meaning of its keys.
+Blocks of additions that docs/scenario.md does not describe are set behind the others there, with what their keys mean.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ def main() -> None:
     """Write the files anew."""
     SCHEMA.write_text(json.dumps(schema(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     before = PAGE.read_text(encoding="utf-8").partition(MARK)[0]
-    PAGE.write_text("".join((before, MARK, *map(section, added_keys()))), encoding="utf-8")
+    sections = (section(name) for name in added_keys() if f"| `{name}." not in before)
+    PAGE.write_text("".join((before, MARK, *sections)), encoding="utf-8")
 
 
 if __name__ == "__main__":

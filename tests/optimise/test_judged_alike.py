@@ -18,7 +18,7 @@ from vireport.optimise.cells import evaluate
 from vireport.optimise.grid import DesignGrid, grid_of, judged_design
 from vireport.optimise.problem import Problem, problem_of
 from vireport.optimise.search import SearchEvidence, SearchResult, optimise
-from vireport.scenario.blocks import LimitKind, Need
+from vireport.scenario.demands import LimitKind, Need
 from vireport.scenario.json_schema import schema
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.requirements import OfMotions, OfShaker, Requirement, requirements

@@ -22,7 +22,7 @@ class AdditionRow(NamedTuple):
         The first is the one that declares what it brings.
     declares : tuple of str
         The modules of that package in which it does so: `command` has a command as `COMMAND`, `finding` has what it
-        adds to a study as `FINDING`, and `keys` has blocks of a scenario of its own as `KEYS`.
+        adds to a study as `FINDING`, and `keys` has what it adds to the keys of a scenario as `KEYS`.
     after : tuple of str
         The additions that it needs: without one of them it is left out as well.
     old_names : mapping of str to str
@@ -36,13 +36,13 @@ class AdditionRow(NamedTuple):
 
 
 ROWS: Mapping[str, AdditionRow] = {
-    "outcomes": AdditionRow(("findings.outcomes",), ("finding",)),
+    "outcomes": AdditionRow(("findings.outcomes",), ("finding", "keys")),
     "certificates": AdditionRow(("findings.certificates",), ("finding",)),
-    "checks": AdditionRow(("findings.accuracy",), ("finding",)),
+    "checks": AdditionRow(("findings.accuracy",), ("finding", "keys")),
     "membranes": AdditionRow(("findings.membranes",), ("finding",), after=("checks",)),
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",), after=("outcomes",)),
-    "tolerances": AdditionRow(("findings.tolerances",), ("finding",)),
+    "tolerances": AdditionRow(("findings.tolerances",), ("finding", "keys")),
     "identify": AdditionRow(("identify",), ("command",)),
     "verify": AdditionRow(("verify",), ("command",), ("checks",), {"accuracy": "", "extremes": "--extremes"}),
     "compare": AdditionRow(("comparison",), ("command",), old_names={"diff": "--exit-code"}),

@@ -15,6 +15,7 @@ from vireport.design.lines import HIGHEST_RESTITUTION
 from vireport.design.solution import solution_of
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Membrane
+from vireport.scenario.keys import value_at
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.designs import Designs
@@ -203,7 +204,7 @@ def works(study: Study, varied: DesignInput, value: float) -> bool:
     """
     needless = spared(required(study.scenario), (*SPARED, "disturbances"))
     return _works_without(study, needless, varied, value) and (
-        study.scenario.disturbances is None
+        value_at(study.scenario, "disturbances") is None
         or "disturbances" not in needless
         or _works_without(study, needless - {"disturbances"}, varied, value)
     )

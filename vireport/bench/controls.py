@@ -22,6 +22,7 @@ from vireport.scenario.blocks import (
     percent_key,
     unit_of,
 )
+from vireport.scenario.keys import names_in_order, value_at
 from vireport.scenario.parameters import LARGEST, DesignInput, ScalarInput
 
 STIFFEST_FRICTION = 0.3
@@ -113,25 +114,16 @@ def ends_of(scenario: Scenario, varied: ScalarInput) -> tuple[float, float]:
     return _ends(varied.path, key_of(varied.path), value_at(scenario, varied.path), scenario)
 
 
-def value_at(scenario: Scenario, path: str) -> Any:
-    """The value of a key of a scenario, by its path; None where it or its block is not given."""
-    value: Any = scenario
-    for key in path.split("."):
-        value = None if value is None else getattr(value, key)
-    return value
-
-
 def _paths(scenario: Scenario) -> Iterator[tuple[str, Group]]:
     """The keys that have a control, with the group of each."""
     yield from ((path, Group.DEVICE) for path in DEVICE)
     yield from ((path, Group.FORCE) for path in FORCE)
     if scenario.device.membrane is not None:
         yield from ((f"device.membrane.{name}", Group.MEMBRANE) for name in MembraneBlock.model_fields)
-    unknown = keys_left_out(Scenario)
-    for name, key in RequirementsBlock.model_fields.items():
-        if _is_number(key) and (path := f"requirements.{name}") not in unknown:
-            yield path, Group.REQUIRED
-    if "tolerances" not in unknown:
+    for name in names_in_order(RequirementsBlock):
+        if _is_number(RequirementsBlock.model_fields[name]):
+            yield f"requirements.{name}", Group.REQUIRED
+    if "tolerances" not in keys_left_out(Scenario):
         yield from ((f"tolerances.{percent_key(varied)}", Group.TOLERANCES) for varied in DesignInput)
 
 

@@ -15,7 +15,8 @@ from vireport.base.errors import NumericalError, ScenarioError
 from vireport.design.point import DesignPoint
 from vireport.optimise.cells import CellValues, corner_slack, evaluate
 from vireport.optimise.problem import Problem, smallest_margin
-from vireport.scenario.blocks import WIDEST_MARGIN, Need, Objective
+from vireport.scenario.blocks import WIDEST_MARGIN, Objective
+from vireport.scenario.demands import Need
 from vireport.scenario.rules import needing
 from vireport.study.judging.designs import keeps_motion
 from vireport.study.study import Study

@@ -12,7 +12,8 @@ import numpy as np
 
 from vireport.optimise.grid import OFF, SAME_VALUE, JudgedDesign
 from vireport.optimise.search import SearchResult
-from vireport.scenario.blocks import DesignPath, Need, Objective, key_of, set_in_type, unit_of
+from vireport.scenario.blocks import DesignPath, Objective, key_of, set_in_type, unit_of
+from vireport.scenario.demands import Need
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.alerts import named_alerts

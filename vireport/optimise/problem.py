@@ -23,12 +23,12 @@ from vireport.scenario.blocks import (
     DEMANDS,
     DesignBlock,
     DesignPath,
-    LimitKind,
-    Need,
     Objective,
     RequirementsBlock,
     to_dict,
 )
+from vireport.scenario.demands import LimitKind, Need
+from vireport.scenario.keys import value_at
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.writing import as_yaml
@@ -287,7 +287,7 @@ def problem_of(loaded: Loaded) -> Problem:
     margins = tuple(
         (row.quantity.kinds, limit.value / 100) for row, limit in required_keys if isinstance(row.quantity, OfMargin)
     )
-    least = None if scenario.requirements is None else scenario.requirements.yield_at_least_percent
+    least = value_at(scenario, "requirements.yield_at_least_percent")
     proved = scenario.tolerances is not None and least in (None, 100)
     limits = tuple((row, limit) for row, limit in required_keys if row.key in usual)
     return Problem(loaded, design, required_keys, margins, float(proved), limits)

@@ -21,6 +21,7 @@ from vireport.physics.forcing import Harmonic, peaks
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, map_restitution, stated
 from vireport.physics.numbers import ARRAYS, UNIT
 from vireport.scenario.blocks import CapsuleMotion, Scenario
+from vireport.scenario.keys import value_at
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
 
 NO_GRAVITY = 1e-15
@@ -134,7 +135,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
     @staticmethod
     def of(scenario: Scenario) -> Device:
         """The device of a scenario; a swept parameter is None without a design point."""
-        values: dict[str, Any] = {varied: _entry(scenario, varied.path) for varied in DesignInput}
+        values: dict[str, Any] = {varied: value_at(scenario, varied.path) for varied in DesignInput}
         bottom, top = (values.pop(varied) for varied in (DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP))
         if values[DesignInput.RESTITUTION] is None:
             values[DesignInput.RESTITUTION] = _restitution(bottom, top)
@@ -514,10 +515,3 @@ def moved(restitution: Any, varied: ScalarInput, value: Any) -> Any:
         bottom, top = Decimal(bottom), Decimal(top)
     half = (bottom - top) / 2
     return Restitutions(value + half, value - half)
-
-
-def _entry(scenario: Scenario, path: str) -> float | None:
-    """The value of a key of a scenario, by its path."""
-    block, _, name = path.rpartition(".")
-    value: float | None = getattr(getattr(scenario, block) if block else scenario, name)
-    return value

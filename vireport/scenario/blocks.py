@@ -6,27 +6,27 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 # Annotations are evaluated where they stand: as texts, pydantic compiled each of 200, a quarter of this import.
 
 from collections.abc import Iterator
-from enum import Enum, StrEnum
-from functools import cache
+from enum import StrEnum
+from functools import cache, partial
 from math import prod
 from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
-from msgspec import Struct
-from pydantic import (
-    AfterValidator,
-    Field,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, model_validator
 from pydantic.fields import FieldInfo
 
 from vireport.base.additions import ADDITIONS
-from vireport.scenario.keys import REQUIRED, Block, WhenGiven, key, with_added_keys, without_added_keys
-from vireport.scenario.parameters import (
-    LARGEST,
-    SMALLEST,
-    DesignInput,
-    Parameter,
+from vireport.scenario.demands import AGREEMENT, AT_LEAST, AT_MOST, HELD, RANGE, WORDS, Demand, Need
+from vireport.scenario.keys import (
+    REQUIRED,
+    Block,
+    WhenGiven,
+    declared_with,
+    key,
+    positive,
+    with_added_keys,
+    without_added_keys,
 )
+from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput, Parameter
 from vireport.text.foreign import without_joins
 
 LONGEST_TEXT = 200
@@ -63,9 +63,6 @@ SLOWEST_STATED, FASTEST_STATED = 1e-3, 1e3
 LARGEST_EFFECT = 50.0
 """Most by which a restitution is changed to see what that does [%]."""
 
-LONGEST_RAMP = 1000.0
-"""Forcing periods over which a force is ramped up: minutes, at the frequencies of such devices."""
-
 
 def is_printable(text: str) -> bool:
     """Whether a text is one line that any output can show: not blank, and without control characters."""
@@ -82,15 +79,9 @@ TEXT = Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT), AfterValidat
 """Free text. It gets onto terminals, into logs and onto pages, so that a key of this type can do no harm there."""
 
 
-def _positive(
-    default: Any, title: str, unit: str, meaning: str, *, example: float | None = None, addition: str = ""
-) -> Any:
-    return key(default, title, unit, meaning, example=example, addition=addition, ge=SMALLEST, le=LARGEST)
-
-
 def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
     needs = "For energy, power and field; with the other two of thickness, permittivity and breakdown field."
-    return _positive(None, title, unit, f"{meaning} {needs}", example=example)
+    return positive(None, title, unit, f"{meaning} {needs}", example=example)
 
 
 def _restitution(title: str, meaning: str, example: float) -> Any:
@@ -106,15 +97,15 @@ def _swept(parameter: Parameter, title: str, unit: str, meaning: str, example: f
 class MembraneBlock(Block):
     """The dielectric elastomer membrane at either end of the capsule, Eqs. (5.2)-(5.5)."""
 
-    stiffness: float = _positive(
+    stiffness: float = positive(
         4.0847e5, "Stiffness", "N/m^h", "Coefficient K of the membrane's restoring force K delta^h."
     )
     exponent: float = key(
         2.6, "Exponent", "1", "Exponent h of the restoring force K delta^h.", gt=0.0, le=LARGEST_EXPONENT
     )
-    active_radius_m: float = _positive(6.3e-3, "Active radius", "m", "Radius Rc of the membrane's active area.")
-    ball_radius_m: float = _positive(5.0e-3, "Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.")
-    bias_voltage_v: float = _positive(2000.0, "Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.")
+    active_radius_m: float = positive(6.3e-3, "Active radius", "m", "Radius Rc of the membrane's active area.")
+    ball_radius_m: float = positive(5.0e-3, "Ball radius", "m", "Radius rb of the ball; smaller than active_radius_m.")
+    bias_voltage_v: float = positive(2000.0, "Bias voltage", "V", "Voltage Uin applied to the undeformed membrane.")
     thickness_m: float | None = _dielectric("Thickness", "m", "Thickness of the undeformed membrane.", 1e-3)
     relative_permittivity: float | None = _dielectric(
         "Relative permittivity", "1", "Permittivity of the membrane over that of vacuum.", 4.7
@@ -138,8 +129,8 @@ LARGEST_FRICTION = 2.0
 class DeviceBlock(Block):
     """The capsule, the ball in it, and the membranes that close it."""
 
-    capsule_mass_kg: float = _positive(REQUIRED, "Capsule mass", "kg", "Mass M of the capsule.", example=0.1245)
-    ball_mass_kg: float | None = _positive(
+    capsule_mass_kg: float = positive(REQUIRED, "Capsule mass", "kg", "Mass M of the capsule.", example=0.1245)
+    ball_mass_kg: float | None = positive(
         None,
         "Ball mass",
         "kg",
@@ -352,74 +343,6 @@ class SimulationBlock(Block):
     )
 
 
-class LimitKind(Enum):
-    """How a value is held against a limit; the value is the text of the limit."""
-
-    AT_LEAST = "at least {0:.12g} {unit}"
-    AT_MOST = "at most {0:.12g} {unit}"
-    RANGE = "from {0:.12g} to {1:.12g} {unit}"
-    AGREEMENT = "every stable orbit found again to {0:.12g}"
-    WORDS = "only {words}"
-    HELD = "required"
-
-
-AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS, HELD = LimitKind
-
-
-class Need(StrEnum):
-    """The path of what a scenario must give for a requirement to be judged.
-
-    Attributes
-    ----------
-    why : str
-        Beginning of the message where it is not given.
-    paths : tuple of str
-        Of which one is enough.
-    """
-
-    why: str
-    paths: tuple[str, ...]
-
-    def __new__(cls, path: str, why: str = "", *others: str) -> Self:
-        """Make the member whose value is `path`."""
-        member = str.__new__(cls, path)
-        member._value_, member.why, member.paths = path, why, (path, *others)
-        return member
-
-    SWEEP = "sweep", "a range of the swept parameter, or a motion that is followed along it, needs"
-    BALL_MASS = "device.ball_mass_kg", "voltage and deflection need"
-    DIELECTRIC = "device.membrane.thickness_m", "power, efficiency and field need"
-    TOLERANCES = "tolerances", "a yield needs"
-    SIMULATION = "simulation", "a cross-check needs"
-    DISTURBANCES = "disturbances", "a shock needs"
-    JITTER = "disturbances.jitter_m_s", "a spread of phases needs", "disturbances.jitter_restitution"
-
-
-class Demand(Struct, frozen=True, eq=False):
-    """What the keys of a requirement say without being judged: the first half of its row in `gate.requirements`.
-
-    Keys that carry the same object are one requirement: the two ends of a range, or lists that are joined.
-
-    Attributes
-    ----------
-    kind : LimitKind
-    needs : tuple of Need
-    at_design : bool
-        Whether it is judged at the design point, so that a swept parameter needs a design value.
-    over : Parameter or None
-        What a range is of, which itself needs no design value; None for the swept parameter.
-    usual : float or None
-        The limit that holds beside other requirements where none is given and the quantity is evaluated; None where
-        nothing is required then.
-    """
-
-    kind: LimitKind
-    needs: tuple[Need, ...] = ()
-    at_design: bool = True
-    over: Parameter | None = None
-    usual: float | None = None
-
-
 _STABLE_RANGE = Demand(RANGE, (Need.SWEEP,), at_design=False)
 _INCLINATIONS = Demand(RANGE, over=Parameter.INCLINATION)
 _MOTIONS = Demand(WORDS, (Need.SWEEP,))
@@ -456,6 +379,7 @@ WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=T
 _FROM_REST = Demand(HELD)
 
 
+@partial(with_added_keys, within="requirements")
 class RequirementsBlock(Block):
     """What the design must meet: each is a line of the acceptance table, and one that fails makes the exit code 1."""
 
@@ -494,7 +418,7 @@ class RequirementsBlock(Block):
         "search for the best design requires it unless this is false or a word is required, which it must reach.",
         example=True,
     )
-    recovers_within_periods: Annotated[float | None, Demand(AT_MOST)] = _positive(
+    recovers_within_periods: Annotated[float | None, Demand(AT_MOST)] = positive(
         None,
         "Recovers within",
         "periods",
@@ -522,49 +446,32 @@ class RequirementsBlock(Block):
         gt=0.0,
         le=LARGEST_HARMONIC,
     )
-    survives_shock_m_s: Annotated[float | None, Demand(AT_LEAST, (Need.DISTURBANCES,))] = _positive(
-        None,
-        "Survives a shock of",
-        "m/s",
-        "Least jump of the relative velocity that leads out of a stable 1:1 motion at the design point; needs numba.",
-        addition="outcomes",
-        example=0.3,
-    )
-    phase_jitter_at_most_deg: Annotated[float | None, Demand(AT_MOST, (Need.JITTER,))] = _positive(
-        None,
-        "Phase jitter at most",
-        "deg",
-        "Largest standard deviation of the phase of an impact under the random kicks of disturbances.jitter_m_s and "
-        "disturbances.jitter_restitution.",
-        addition="outcomes",
-        example=5.0,
-    )
-    u_ave_at_least_v: Annotated[float | None, Demand(AT_LEAST, (Need.BALL_MASS,))] = _positive(
+    u_ave_at_least_v: Annotated[float | None, Demand(AT_LEAST, (Need.BALL_MASS,))] = positive(
         None, "U_ave at least", "V", "Least U_ave of the stable motions at the design point.", example=1000.0
     )
     u_ave_difference_at_most_v: Annotated[
         float | None, Demand(AT_MOST, (Need.SWEEP, Need.BALL_MASS), at_design=False)
-    ] = _positive(
+    ] = positive(
         None,
         "U_ave difference",
         "V",
         "Largest less least U_ave over the stable range that is required.",
         example=5000.0,
     )
-    u_bottom_top_difference_at_most_v: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
+    u_bottom_top_difference_at_most_v: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = positive(
         None, "Bottom to top", "V", "Largest voltage between either end at the design point.", example=30000.0
     )
-    deflection_at_most_m: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
+    deflection_at_most_m: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = positive(
         None, "Deflection at most", "m", "Largest deflection of a membrane at the design point.", example=0.02
     )
-    deflection_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
+    deflection_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = positive(
         None,
         "Deflection over radius at most",
         "%",
         "Largest deflection of a membrane at the design point, over its active radius.",
         example=300.0,
     )
-    area_ratio_at_most: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = _positive(
+    area_ratio_at_most: Annotated[float | None, Demand(AT_MOST, (Need.BALL_MASS,))] = positive(
         None,
         "Area ratio at most",
         "times",
@@ -572,7 +479,7 @@ class RequirementsBlock(Block):
         "an areal strain that has been demonstrated.",
         example=5.9,
     )
-    power_at_least_mw: Annotated[float | None, Demand(AT_LEAST, (Need.DIELECTRIC,))] = _positive(
+    power_at_least_mw: Annotated[float | None, Demand(AT_LEAST, (Need.DIELECTRIC,))] = positive(
         None,
         "Power at least",
         "mW",
@@ -580,7 +487,7 @@ class RequirementsBlock(Block):
         example=1,
     )
     efficiency_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.DIELECTRIC,), usual=MOST_EFFICIENT)] = (
-        _positive(
+        positive(
             None,
             "Efficiency at most",
             "%",
@@ -590,7 +497,7 @@ class RequirementsBlock(Block):
             example=MOST_EFFICIENT,
         )
     )
-    field_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.DIELECTRIC,))] = _positive(
+    field_at_most_percent: Annotated[float | None, Demand(AT_MOST, (Need.DIELECTRIC,))] = positive(
         None,
         "Field at most",
         "%",
@@ -598,18 +505,7 @@ class RequirementsBlock(Block):
         "design takes 100 unless it is given.",
         example=50.0,
     )
-    yield_at_least_percent: Annotated[float | None, Demand(AT_LEAST, (Need.TOLERANCES,))] = key(
-        None,
-        "Yield at least",
-        "%",
-        "Least share of the devices within the tolerances that have a stable 1:1 motion. The 95 % interval of the "
-        "yield must be above it; 100 needs the proof that all have one.",
-        addition="tolerances",
-        example=99.0,
-        gt=0.0,
-        le=100.0,
-    )
-    acceleration_at_most_g: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(
+    acceleration_at_most_g: Annotated[float | None, Demand(AT_MOST, at_design=False)] = positive(
         None,
         "Acceleration at most",
         "g",
@@ -617,7 +513,7 @@ class RequirementsBlock(Block):
         "over the sweep.",
         example=3.0,
     )
-    stroke_at_most_m: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(
+    stroke_at_most_m: Annotated[float | None, Demand(AT_MOST, at_design=False)] = positive(
         None,
         "Stroke at most",
         "m",
@@ -625,7 +521,7 @@ class RequirementsBlock(Block):
         "over the sweep.",
         example=0.4,
     )
-    force_at_most_n: Annotated[float | None, Demand(AT_MOST, at_design=False)] = _positive(
+    force_at_most_n: Annotated[float | None, Demand(AT_MOST, at_design=False)] = positive(
         None,
         "Force at most",
         "N",
@@ -762,53 +658,6 @@ def percent_key(varied: DesignInput) -> str:
     return f"{varied.rpartition('_')[0] if varied.unit else varied}_percent"
 
 
-class DisturbancesBlock(Block):
-    """What the device does when it is switched on; without the block, only what takes some milliseconds."""
-
-    ramp_periods: float = key(
-        0.0,
-        "Ramp",
-        "periods",
-        "Forcing periods in which the amplitude of the force is ramped up when the device is switched on; 0: at once.",
-        example=20.0,
-        ge=0.0,
-        le=LONGEST_RAMP,
-    )
-    jitter_m_s: float | None = _positive(
-        None,
-        "Jitter",
-        "m/s",
-        "Standard deviation of the velocity just after each impact. Given, the spread of the impacts is told.",
-        example=0.01,
-    )
-    jitter_restitution: float | None = key(
-        None,
-        "Scatter of restitution",
-        "1",
-        "Standard deviation of the restitution coefficient from one impact to the next, alike on both membranes and "
-        "independent of the kicks of jitter_m_s. Given, the spread of the impacts is told.",
-        example=0.02,
-        ge=SMALLEST,
-        le=1.0,
-    )
-    prove: bool = key(
-        False,
-        "Prove",
-        "",
-        "Whether to prove that the motion is reached from rest, from which share of all impacts and of all moments of "
-        "switching on, and up to which jump of the velocity all die out.",
-        addition="proofs",
-        example=True,
-    )
-    basin: bool = key(
-        False,
-        "Basins",
-        "",
-        "Whether to draw which impacts on the bottom membrane lead to which motion, and to tell the share of each.",
-        example=True,
-    )
-
-
 MOST_RECORDS = 200
 
 LATEST = 1e9
@@ -860,30 +709,6 @@ class RecordBlock(Block):
     )
     force_maximum_error_s: float | None = key(
         None, "Its standard error", "s", "Standard error of that time.", example=1e-4, ge=0.0, le=LATEST
-    )
-
-
-class AccuracyBlock(Block):
-    """Error against run time of several methods, and the motion with compliant membranes beside the rigid one."""
-
-    repeats: int = key(5, "Repeats", "1", "Runs of each method, of which the median time counts.", ge=1, le=100)
-    compliant_membrane: bool = key(
-        True,
-        "Compliant membrane",
-        "",
-        "Whether to solve the motion with the membrane's own stiffness too.",
-        addition="membranes",
-    )
-    ladder: tuple[float, ...] = key(
-        (1.0, 1e2, 1e4, 1e6, 1e8),
-        "Ladder",
-        "1",
-        "Factors on the membrane's stiffness, ascending from 1.",
-        example=[1.0, 1e4],
-        min_length=2,
-        max_length=8,
-        strict=False,
-        addition="membranes",
     )
 
 
@@ -1119,7 +944,7 @@ class Scenario(Block):
     inclination_deg: float | None = _swept(
         Parameter.INCLINATION, "Inclination", "deg", "Angle beta of the capsule to the horizontal.", 45.0
     )
-    gravity_m_s2: float = _positive(9.8, "Gravity", "m/s^2", "Gravitational acceleration g.")
+    gravity_m_s2: float = positive(9.8, "Gravity", "m/s^2", "Gravitational acceleration g.")
     period_ratio: int = key(
         1,
         "Period ratio",
@@ -1139,21 +964,6 @@ class Scenario(Block):
     )
     motions: WhenGiven[MotionsBlock] | None = key(
         None, "Motions", "", "Motions with other sequences of impacts along the sweep. Left out, none is followed."
-    )
-    accuracy: WhenGiven[AccuracyBlock] | None = key(
-        None,
-        "Accuracy",
-        "",
-        "Error against run time, and the compliant membrane. Left out, neither is measured.",
-        addition="checks",
-    )
-    disturbances: WhenGiven[DisturbancesBlock] | None = key(
-        None,
-        "Disturbances",
-        "",
-        "What the device does when it is switched on. Left out, only the outcome from rest at once, and how fast small "
-        "disturbances die out.",
-        addition="outcomes",
     )
     tolerances: WhenGiven[TolerancesBlock] | None = key(
         None,
@@ -1239,9 +1049,9 @@ def keys_left_out(model: type[Block]) -> tuple[str, ...]:
 def keys_of_additions(model: type[Block], block: str = "") -> Iterator[tuple[str, str]]:
     """The paths of the keys of a file that belong to additions, each with its addition."""
     for name, field in model.model_fields.items():
-        extra, path = field.json_schema_extra, f"{block}{field.alias or name}"
-        if isinstance(extra, dict) and "addition" in extra:
-            yield path, str(extra["addition"])
+        path = f"{block}{field.alias or name}"
+        if addition := declared_with(field, "addition"):
+            yield path, addition
         if (inner := _block_in(field.annotation)) is not None:
             yield from keys_of_additions(inner, f"{path}.")
 
@@ -1349,12 +1159,6 @@ class MapFile(Scenario):
         "",
         "a map has no simulation block (delete it; map.simulate asks for the simulation of each cell)",
     )
-    disturbances: None = key(
-        None,
-        "Disturbances",
-        "",
-        "a map has no disturbances block (delete it; map.from_rest and map.shock are for each cell)",
-    )
     tolerances: None = key(None, "Tolerances", "", "a map has no tolerances (delete them)")
     measured: None = key(None, "Measured", "", "a map has no records of impacts (delete them)")
     effects: None = key(None, "Effects", "", "a map has no effects (delete them)")
@@ -1404,8 +1208,7 @@ def set_in_type(unit: str) -> str:
 
 def unit_of(key: FieldInfo) -> str:
     """The unit that a key is declared with, "" where it has none."""
-    extra = key.json_schema_extra
-    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    return declared_with(key, "unit")
 
 
 def inputs(block: Block, path: str = "") -> Iterator[Input]:

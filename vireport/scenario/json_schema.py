@@ -22,6 +22,9 @@ IDENTIFIER = "urn:uuid:4049c3a5-c16d-53b3-9cf7-2e6fde98309b"
 could promise that one goes on answering.
 """
 
+OF_ADDITIONS = "addition", "behind", "in_map"
+"""What keys of additions are declared with that no reader needs."""
+
 # What a reader looks for first.
 _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
 
@@ -48,7 +51,7 @@ def keys(model: type[Scenario]) -> dict[str, dict[str, Any]]:
 def init_text() -> str:
     """Return a complete, valid scenario with every key, its unit, its meaning and its default."""
     text = Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
-    return "".join((text, *map(_commented, added_keys())))
+    return "".join((text, *(_commented(name) for name in added_keys() if f"\n# {name}:" not in text)))
 
 
 def _commented(name: str) -> str:
@@ -72,7 +75,8 @@ def _declared(model: type[Scenario]) -> dict[str, Any]:
 def _plain(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
     """A schema as a person would write it: a choice of words where it belongs, and null as one more type."""
     node = {name: value for name, value in node.items() if name != "default" or value is not None}
-    node.pop("addition", None)
+    for name in OF_ADDITIONS:
+        node.pop(name, None)
     for name in {"properties", "$defs"} & set(node):
         properties = {key: value for key, value in node[name].items() if value.get("addition") in (None, *ADDITIONS)}
         node[name] = {key: _plain(value, words) for key, value in properties.items()}

@@ -1,6 +1,7 @@
 """What keys and blocks of a scenario are declared with, by the scenario itself and by additions.
 
-An addition with a block of its own declares it in its module `keys`, as `KEYS`: by its name, its type and its key.
+An addition declares its keys in its module `keys`, as `KEYS`: by its path, its type and its key, a block of its own and
+what it adds to a block of the scenario.
 """
 # Annotations are evaluated where they stand: as texts, pydantic compiled each of 200, a quarter of this import.
 
@@ -8,10 +9,12 @@ from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter, create_model
+from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 from vireport.base.additions import declared
+from vireport.scenario.parameters import LARGEST, SMALLEST
 
 
 class Block(BaseModel):
@@ -67,14 +70,31 @@ def key(
     example: Any = None,
     beyond: str = "",
     addition: str = "",
+    behind: str = "",
+    in_map: str = "",
     **rules: Any,
 ) -> Any:
-    """Declare a key; the unit is "" where there is none and "1" for a pure number, the example that of its default.
+    """Declare a key of a scenario.
 
-    What is beyond its range is refused with the reason `beyond`. Without its `addition` the key is an unknown one.
+    Parameters
+    ----------
+    default : object
+        `REQUIRED` where there is none; it is the example as well where no `example` is given.
+    title, unit, meaning : str
+        For the reader. The unit is "" where there is none, and "1" for a pure number.
+    beyond : str
+        Why a value beyond the range is refused.
+    addition : str
+        Without which the key is an unknown one.
+    behind : str
+        Of an addition's key in a block of the scenario, the key that it stands behind.
+    in_map : str
+        Of an addition's block, why a map refuses it; "" where a map may have it.
+    **rules
+        Of pydantic.
     """
     example = default if example is None and default is not REQUIRED else example
-    extra = {"unit": unit, "beyond": beyond, "addition": addition}
+    extra = {"unit": unit, "beyond": beyond, "addition": addition, "behind": behind, "in_map": in_map}
     return Field(
         default,
         title=title,
@@ -85,28 +105,59 @@ def key(
     )
 
 
-def added_keys() -> Mapping[str, tuple[Any, Any]]:
-    """The blocks that additions bring, by their names, each with its type and its key."""
-    return {name: of for keys in declared("keys") for name, of in keys.items()}
+def positive(default: Any, title: str, unit: str, meaning: str, **declared: Any) -> Any:
+    """Declare a key of a number above 0, as large as that of any device; see `key`."""
+    return key(default, title, unit, meaning, ge=SMALLEST, le=LARGEST, **declared)
 
 
-def with_added_keys(block: type[AnyBlock]) -> type[AnyBlock]:
-    """A block of keys with those that additions bring behind its own."""
-    added: dict[str, Any] = dict(added_keys())
+def added_keys(within: str = "") -> Mapping[str, tuple[Any, Any]]:
+    """The keys that additions bring to a block of a scenario, by their names, each with its type and its key.
+
+    Without `within` they are whole blocks.
+    """
+    paths = {path: of for keys in declared("keys") for path, of in keys.items()}
+    return {name: of for path, of in paths.items() for block, _, name in [path.rpartition(".")] if block == within}
+
+
+def with_added_keys(block: type[AnyBlock], within: str = "") -> type[AnyBlock]:
+    """A block of keys with those that additions bring to it behind its own; `within` is its path in a scenario."""
+    added = dict(added_keys(within))
     return _extended(block, added) if added else block
 
 
 def without_added_keys(block: type[AnyBlock]) -> type[AnyBlock]:
-    """A block of keys that has none of those that additions bring to the block which it extends."""
-    refused = {
-        name: (None, key(None, of.title, "", f"a map has no {name} (delete it)"))
-        for name, (_, of) in added_keys().items()
-    }
+    """A block of keys that refuses the blocks of additions which a map cannot have."""
+    reasons = {name: (of.title, declared_with(of, "in_map")) for name, (_, of) in added_keys().items()}
+    refused = {name: (None, key(None, title, "", reason)) for name, (title, reason) in reasons.items() if reason}
     return _extended(block, refused) if refused else block
+
+
+def names_in_order(block: type[Block]) -> list[str]:
+    """The names of the keys of a block, those of additions behind the key that they name."""
+    names = list(block.model_fields)
+    for name, of in block.model_fields.items():
+        if behind := declared_with(of, "behind"):
+            names.remove(name)
+            names.insert(names.index(behind) + 1, name)
+    return names
+
+
+def declared_with(of: FieldInfo, name: str) -> str:
+    """What a key is declared with beyond pydantic's own, such as its unit; "" where it is without."""
+    extra = of.json_schema_extra
+    return str(extra.get(name, "")) if isinstance(extra, dict) else ""
 
 
 def _extended(block: type[AnyBlock], fields: dict[str, Any]) -> type[AnyBlock]:
     return create_model(block.__name__, __base__=block, __doc__=block.__doc__, __module__=block.__module__, **fields)
+
+
+def value_at(scenario: Block, path: str) -> Any:
+    """The value of a key of a scenario by its path; None where it or its block is not given, or not known."""
+    value: Any = scenario
+    for name in path.split("."):
+        value = getattr(value, name, None)
+    return value
 
 
 def block_of(scenario: Block, name: str, kind: type[AnyBlock]) -> AnyBlock | None:

@@ -23,16 +23,15 @@ from vireport.scenario.blocks import (
     DesignPath,
     Direction,
     LeftOut,
-    LimitKind,
     MapFile,
     MembraneBlock,
     MotionsBlock,
-    Need,
     Objective,
     Sampling,
     Scenario,
     percent_key,
 )
+from vireport.scenario.demands import LimitKind, Need
 from vireport.scenario.document import Document, is_within_any
 from vireport.scenario.parameters import DRIVING, LARGEST_RESTITUTION, DesignInput, Parameter
 

@@ -18,6 +18,7 @@ from msgspec import Struct
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError, install_command
 from vireport.scenario.blocks import Direction, Scenario
+from vireport.scenario.keys import value_at
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import ADDED_IF_FULL, SPECIAL, Special, barred_blocks
 from vireport.study.judging.findings import findings
@@ -386,7 +387,7 @@ MOTIONS = Precondition(
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
 DISTORTED = Precondition(
     lambda scenario, formats: (
-        (scenario.disturbances and formats)
+        (value_at(scenario, "disturbances") and formats)
         or (scenario.requirements and scenario.requirements.withstands_distortion_percent is not None)
     ),
     "neither a disturbances block nor requirements.withstands_distortion_percent asks for it",

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from vireport.base.encoding import json_text
+from vireport.findings.accuracy.keys import AccuracyBlock
 from vireport.findings.accuracy.methods import CLOSED, WHOLE
 from vireport.findings.accuracy.tables import measurements, power, ranking
 from vireport.findings.accuracy.workprecision import WorkPrecision
-from vireport.scenario.blocks import AccuracyBlock
+from vireport.scenario.keys import block_of
 from vireport.scenario.loading import Loaded
 from vireport.study.judging.findings import findings, found_by
 from vireport.study.judging.opening import Opening, Statement, gravest
@@ -49,7 +50,7 @@ def with_accuracy_block(loaded: Loaded) -> Loaded:
 
     Simulation and requirements are left out: they have no part in error against run time.
     """
-    block = loaded.scenario.accuracy or AccuracyBlock()
+    block = block_of(loaded.scenario, "accuracy", AccuracyBlock) or AccuracyBlock()
     changes = {"accuracy": block, "simulation": None, "requirements": None}
     return replace(loaded, scenario=loaded.scenario.model_copy(update=changes))
 

@@ -79,7 +79,7 @@ def test_the_share_of_switch_on_moments_is_that_of_starts_simulated_one_by_one(f
 def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     """At 3.6 N, 3 periods for nearly all moments, 20 for all."""
     solution = solved("inclined-forcing", excitation__amplitude_n=3.6, sweep=None)
-    from vireport.scenario.blocks import DisturbancesBlock
+    from vireport.findings.outcomes.keys import DisturbancesBlock
 
     (rest, at_once), (_, short), (ramped, long) = (
         switched_on_by(solution, DisturbancesBlock(ramp_periods=periods), compiled=True) for periods in (0.0, 3.0, 20.0)

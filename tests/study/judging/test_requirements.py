@@ -19,7 +19,9 @@ from vireport.physics.energy import generated_voltage
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import ROUNDED, Rounded
 from vireport.report.context import Report
-from vireport.scenario.blocks import LimitKind, RequirementsBlock, Scenario, keys_left_out
+from vireport.scenario.blocks import RequirementsBlock
+from vireport.scenario.demands import LimitKind
+from vireport.scenario.keys import names_in_order
 from vireport.simulation.attractors import attractors
 from vireport.simulation.starts import random_starts
 from vireport.study.judging.evidence import Criterion, Evidence, Limit, Question, held_against, unmet
@@ -52,8 +54,7 @@ def only(name: str, required: dict[str, object], **overrides: object) -> Criteri
 def test_every_key_of_the_block_is_required_by_one_row() -> None:
     """None is accepted and not judged: without the addition whose row judges it, a key is an unknown one."""
     keys = [key for requirement in requirements() for key in requirement.keys]
-    unknown = [path.removeprefix("requirements.") for path in keys_left_out(Scenario)]
-    assert sorted(keys) == sorted(RequirementsBlock.model_fields.keys() - {*unknown})
+    assert keys == names_in_order(RequirementsBlock)
 
 
 def volts(solution) -> dict[str, float]:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.base.errors import install_command
 from vireport.base.progress import Progress
+from vireport.findings.accuracy.keys import AccuracyBlock
+from vireport.scenario.keys import block_of
 from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
         """Try every method on the motion and the critical point of the scenario."""
         from vireport.findings.accuracy.workprecision import measure
 
-        block = study.scenario.accuracy
+        block = block_of(study.scenario, "accuracy", AccuracyBlock)
         assert block is not None
         return measure(study.solution, block.repeats, say)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.base.progress import Progress
+from vireport.scenario.keys import value_at
 from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
         from vireport.study.plan import BALL, PICTURES, AddedTask, DeclaredStep, Precondition, Task, has_block
 
         compliant = Precondition(
-            lambda scenario, _: scenario.accuracy and scenario.accuracy.compliant_membrane,
+            lambda scenario, _: value_at(scenario, "accuracy.compliant_membrane"),
             "accuracy.compliant_membrane is false",
         )
         accuracy, why = has_block("accuracy"), "the scenario has an accuracy block"
@@ -53,9 +54,8 @@ class MembranesFinding(AddedFinding["Compliance"]):
         """Follow the motion from rigid membranes to the scenario's own, and try solvers on the way."""
         from vireport.findings.membranes.compliance import compliance
 
-        block = study.scenario.accuracy
-        assert block is not None
-        return compliance(study.solution, block.ladder, block.repeats, say)
+        ladder, repeats = (value_at(study.scenario, f"accuracy.{key}") for key in ("ladder", "repeats"))
+        return compliance(study.solution, ladder, repeats, say)
 
     def contradicts_rigid_impacts(self, compliance: Compliance) -> bool:
         """Whether the rigid model is not good enough."""

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress
+from vireport.findings.outcomes.keys import DisturbancesBlock
+from vireport.scenario.keys import block_of, value_at
 from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
 
     def refuse_undecidable(self, scenario: Scenario) -> None:
         """Refuse a shock to be survived where the search for it lacks what it needs."""
-        if scenario.requirements is None or scenario.requirements.survives_shock_m_s is None:
+        if value_at(scenario, "requirements.survives_shock_m_s") is None:
             return
         from vireport.findings.outcomes.steps import SHOCK
         from vireport.study.plan import plan
@@ -56,7 +58,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.findings.outcomes.steps import MOMENTS, WINDOWS
 
         moments, windows = study.plan.runs(MOMENTS), study.plan.runs(WINDOWS)
-        block = study.scenario.disturbances
+        block = block_of(study.scenario, BLOCK, DisturbancesBlock)
         if block is None or not (moments or windows):
             return None
         say("following the ball from rest")

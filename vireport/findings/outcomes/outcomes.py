@@ -12,8 +12,9 @@ from msgspec.structs import replace
 from vireport.base.records import brief
 from vireport.design.solution import Solution
 from vireport.design.switched_on import SwitchedOn, start_and_targets, switched_on
+from vireport.findings.outcomes.keys import DisturbancesBlock
 from vireport.findings.outcomes.moments import RAMPS, outcome_of, outcomes_by_moment, ramp_that_helps
-from vireport.scenario.blocks import DisturbancesBlock
+from vireport.scenario.keys import block_of, value_at
 from vireport.scenario.parameters import Parameter
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ def with_shocks(outcomes: Outcomes, study: Study, shocks: bool) -> Outcomes:
     """Add what the stable 1:1 motions withstand, the least shock where it is asked for."""
     from vireport.findings.outcomes.withstood import withstood_by
 
-    block = study.scenario.disturbances
+    block = block_of(study.scenario, "disturbances", DisturbancesBlock)
     kicks = (block.jitter_m_s or 0.0, block.jitter_restitution or 0.0) if block is not None else (0.0, 0.0)
     return replace(outcomes, withstood=withstood_by(study.solution, shocks, *kicks, required_shock(study)))
 
@@ -167,5 +168,5 @@ def with_basins(outcomes: Outcomes, study: Study) -> Outcomes:
 
 def required_shock(study: Study) -> float | None:
     """The shock that must be survived [m/s]; None where none is required."""
-    required = study.scenario.requirements
-    return None if required is None else required.survives_shock_m_s
+    least: float | None = value_at(study.scenario, "requirements.survives_shock_m_s")
+    return least

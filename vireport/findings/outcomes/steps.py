@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from vireport.scenario.keys import value_at
 from vireport.study.plan import (
     DESIGN,
     NUMBA,
@@ -31,27 +32,25 @@ FIGURE_BASIN = AddedTask("figure-basin", "basins of attraction on the section of
 
 NO_BLOCK, BLOCK = "the scenario has no disturbances block (an empty one is enough)", AddedBlock("disturbances")
 
-GIVEN = Precondition(lambda scenario, _: scenario.disturbances, NO_BLOCK, adds=BLOCK)
+GIVEN = Precondition(lambda scenario, _: value_at(scenario, "disturbances"), NO_BLOCK, adds=BLOCK)
 COMPARED = Precondition(
     lambda scenario, formats: (
-        scenario.disturbances or (formats and scenario.requirements and scenario.requirements.allowed)
+        value_at(scenario, "disturbances") or (formats and scenario.requirements and scenario.requirements.allowed)
     ),
     NO_BLOCK,
     adds=BLOCK,
 )
 AT_ONCE = Precondition(
-    lambda scenario, _: scenario.disturbances and not scenario.disturbances.ramp_periods,
+    lambda scenario, _: value_at(scenario, "disturbances.ramp_periods") == 0,
     "with a ramp it depends on the moment at which the force sets in (disturbances.ramp_periods: 0 has it)",
 )
 KICKED = Precondition(
     lambda scenario, _: (
-        scenario.disturbances and (scenario.disturbances.jitter_m_s or scenario.disturbances.jitter_restitution)
+        value_at(scenario, "disturbances.jitter_m_s") or value_at(scenario, "disturbances.jitter_restitution")
     ),
     "neither disturbances.jitter_m_s nor disturbances.jitter_restitution is given",
 )
-DRAWN = Precondition(
-    lambda scenario, _: scenario.disturbances and scenario.disturbances.basin, "disturbances.basin is false"
-)
+DRAWN = Precondition(lambda scenario, _: value_at(scenario, "disturbances.basin"), "disturbances.basin is false")
 WANTED = Precondition(
     lambda scenario, formats: formats or (scenario.requirements and scenario.requirements.allowed), OUTPUT.otherwise
 )

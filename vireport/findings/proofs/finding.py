@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from vireport.base.progress import Progress
+from vireport.scenario.keys import value_at
 from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ class ProofsFinding(AddedFinding["Proved"]):
         from vireport.study.plan import DESIGN, FLINT, AddedTask, DeclaredStep, Precondition
 
         requested = Precondition(
-            lambda scenario, _: scenario.disturbances and scenario.disturbances.prove, "nothing is to be proved"
+            lambda scenario, _: value_at(scenario, "disturbances.prove"), "nothing is to be proved"
         )
         what = "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
         yield DeclaredStep(AddedTask("proof", what), (DESIGN, FLINT), "disturbances.prove is true", (requested,))

@@ -20,7 +20,8 @@ from vireport.design.solution import Solution
 from vireport.motions.one_to_one import impact_velocities
 from vireport.physics.groups import by_wall
 from vireport.physics.word import Word
-from vireport.scenario.blocks import LimitKind, RequirementsBlock
+from vireport.scenario.blocks import RequirementsBlock
+from vireport.scenario.demands import LimitKind
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, rounded_text
 

@@ -19,7 +19,8 @@ from vireport.motions.diagram import BifurcationDiagram, solve
 from vireport.motions.one_to_one import impact_velocities
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Membrane, Voltages, voltages
-from vireport.scenario.blocks import LimitKind, RequirementsBlock
+from vireport.scenario.blocks import RequirementsBlock
+from vireport.scenario.demands import LimitKind
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.designs import Designs, at_each_value, may_be_stable, steps_between
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against

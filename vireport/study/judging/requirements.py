@@ -30,13 +30,13 @@ from vireport.physics.numbers import ARRAYS, ROUNDED, UNIT
 from vireport.scenario.blocks import (
     DEMANDS,
     UNIT_OF_SWEPT,
-    Demand,
     LeftOut,
-    LimitKind,
     RequirementsBlock,
     Scenario,
     unit_of,
 )
+from vireport.scenario.demands import Demand, LimitKind
+from vireport.scenario.keys import names_in_order, value_at
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.designs import Designs, keeps_motion
@@ -254,14 +254,11 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
     def _usual_holds(self, scenario: Scenario) -> bool:
         """Whether the usual limit, if there is one, is of something that the scenario evaluates."""
         at_design = scenario.value_of(scenario.parameter) is not None
-        return self.demand.usual is not None and at_design and all(_gives(scenario, need) for need in self.demand.needs)
-
-
-def _gives(scenario: Scenario, path: str) -> bool:
-    block: object = scenario
-    for key in path.split("."):
-        block = getattr(block, key, None)
-    return block is not None
+        return (
+            self.demand.usual is not None
+            and at_design
+            and all(value_at(scenario, need) is not None for need in self.demand.needs)
+        )
 
 
 def required(scenario: Scenario) -> Iterator[tuple[Requirement, Limit]]:
@@ -508,5 +505,5 @@ REQUIREMENTS = (
 def requirements() -> tuple[Requirement, ...]:
     """All that can be required, in the order of the acceptance table, which is that of the keys."""
     rows = (*REQUIREMENTS, *(row for finding in findings().values() for row in finding.requirements()))
-    order = list(RequirementsBlock.model_fields)
+    order = names_in_order(RequirementsBlock)
     return tuple(sorted(rows, key=lambda row: order.index(row.key)))
