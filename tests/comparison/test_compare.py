@@ -97,6 +97,11 @@ def test_d_stands_beside_the_swept_value_where_it_is_another_multiple_of_it() ->
     assert ratio[0] == pytest.approx(1.1 * ratio[1], rel=1e-9)
 
 
+def test_a_free_capsule_is_compared_with_a_prescribed_one() -> None:
+    both = compare([study("design-point"), study("design-point", "device.capsule=free")])
+    assert sorted(scenario.rank for scenario in both.ranking) == [1, 2]
+
+
 def test_a_scenario_is_no_different_from_itself() -> None:
     same = compare([study("horizontal"), analyse(load(EXAMPLES / "horizontal.yaml"))])
     assert same.differences == ()

@@ -475,13 +475,14 @@ def finite(value: float | None) -> float | None:
 
 
 def _shaker(shaker: Shaker) -> dict[str, float]:
-    return {
+    of_it = {
         "acceleration_amplitude_g": shaker.acceleration_g,
         "acceleration_amplitude_m_s2": shaker.acceleration_m_s2,
         "velocity_amplitude_m_s": shaker.velocity_m_s,
         "stroke_m": shaker.stroke_m,
         "force_amplitude_n": shaker.force_n,
     }
+    return {name: float(value) for name, value in of_it.items()}  # of a free capsule some are NumPy's
 
 
 LIMIT_OF_INPUT = "limit of the input"
