@@ -22,10 +22,10 @@ from record import processor_time, record
 from scipy.optimize import root
 
 from vireport import load
-from vireport.map.chart.chart import Chart, chart
+from vireport.map.chart.chart import PlaneLoci, loci_over
 from vireport.map.chart.network import FollowedLocus
 from vireport.map.chart.over import plane_of
-from vireport.map.chart.plane import Plane
+from vireport.map.chart.plane import DevicePlane
 from vireport.motions.switching import Limits
 from vireport.physics.groups import Groups, by_wall
 from vireport.physics.numbers import FLOATS
@@ -46,7 +46,7 @@ TOLERANCE = 1e-9
 """Residual of a motion that the root finder is taken to have found."""
 
 
-def by_root_finder(drawn: Chart) -> tuple[int, int]:
+def by_root_finder(drawn: PlaneLoci) -> tuple[int, int]:
     """Follow the loci of a chart with SciPy: points that were found, and all."""
     points = [follow_by_root_finder(locus) for locus in drawn.loci]
     return sum(points), sum(len(locus.x) for locus in drawn.loci)
@@ -74,7 +74,7 @@ def follow_by_root_finder(locus: FollowedLocus) -> int:
     return solved
 
 
-def simulated_words(plane: Plane) -> set[str]:
+def simulated_words(plane: DevicePlane) -> set[str]:
     """Words of the motions within the limits that a simulation over a grid of the plane ends in."""
     shares = (np.arange(CELLS) + 0.5) / CELLS
     grid = plane.low + plane.widths * np.stack(np.meshgrid(shares, shares), axis=-1).reshape(-1, 2)
@@ -93,13 +93,13 @@ def simulated_words(plane: Plane) -> set[str]:
 def main() -> None:
     """Print and record the table."""
     scenario, rows = load(EXAMPLE).scenario, []
-    chart(plane_of(scenario, PLANES[0]), Limits(2, 1), cuts=0)  # imported
+    loci_over(plane_of(scenario, PLANES[0]), Limits(2, 1), cuts=0)  # imported
     attractors(
         Groups(np.ones(2), np.ones(2), 0.5), random_starts(np.ones(2), start_speed(0.5, [0.0] * 2), 1, SEED)
     )  # compiled
     for over in PLANES:
         plane = plane_of(scenario, over)
-        seconds, drawn = processor_time(lambda plane=plane: chart(plane, LIMITS), 1)
+        seconds, drawn = processor_time(lambda plane=plane: loci_over(plane, LIMITS), 1)
         finder, (solved, points) = processor_time(lambda drawn=drawn: by_root_finder(drawn), 1)
         simulation, words = processor_time(lambda plane=plane: simulated_words(plane), 1)
         rows.append(

@@ -77,7 +77,6 @@ from vireport.study.judging.opening import opening_of
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse, results_json
-from vireport.text.formatting import OF_A_MODEL
 
 DIELECTRIC = {
     f"device.membrane.{key}": value
@@ -569,16 +568,15 @@ def test_a_chart_shows_its_points_in_the_columns_of_its_inputs() -> None:
         )
     ]
     chart: Any = SimpleNamespace(
-        exactness=OF_A_MODEL,
         plane=plane,
         limits=Limits(4, 3),
         not_followed=2,
         meetings=meetings,
         loci=[SimpleNamespace(event=Event.FOLD)] * 5,
-        regions=None,
-        alerts=(),
+        regions=SimpleNamespace(sets=(), every=()),
+        design=None,
     )
-    text = chart_text(chart)
+    text = chart_text(chart, tables=True)
     assert "Over inclination from 3 to 90° and length from 0.3 to 1 m: 5 curves and 2 points" in plain(text)
     assert "at most 4 impacts in 3 forcing periods" in plain(text)
     assert "2 ends of curves could not be followed" in plain(text)

@@ -29,7 +29,7 @@ from vireport.map.cells.design import map_design
 from vireport.map.cells.figures import map_pictures
 from vireport.map.cells.findings import findings_of
 from vireport.map.cells.run import run_map
-from vireport.map.chart.chart import Chart, chart, with_regions
+from vireport.map.chart.chart import Chart, loci_over, with_regions
 from vireport.map.chart.figure import picture as chart_picture
 from vireport.map.chart.meetings import Meeting
 from vireport.map.chart.over import plane_of
@@ -86,7 +86,7 @@ def one_to_one() -> Chart:
     """A chart of 1:1 motions, with the design point and its margins."""
     loaded = load(ROOT / "examples" / "inclined.yaml")
     plane = plane_of(loaded.scenario, "restitution=0.4..0.6,length_m=0.55..0.75")
-    return with_regions(chart(plane, Limits(2, 1), cuts=0), Device.of(loaded.scenario))
+    return with_regions(loci_over(plane, Limits(2, 1), cuts=0), Device.of(loaded.scenario))
 
 
 def charted(_: Path) -> list[Picture]:

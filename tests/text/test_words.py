@@ -9,6 +9,7 @@ from math import inf
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from branches import branches_taken
 from conftest import EXAMPLES, solved, toleranced
@@ -22,11 +23,11 @@ from vireport.design.effects import Effect, Shift, Shifts, Unmoved
 from vireport.design.from_rest import Destination, FromRest
 from vireport.design.measured import MeasuredShare
 from vireport.design.outcomes_from_rest import OutcomeRange
+from vireport.design.plane import Plane
 from vireport.design.solution import Solution
 from vireport.design.switched_on import SwitchedOn
 from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
 from vireport.map.cells.cells import AxisName
-from vireport.map.chart.words import Naming
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import NoFit, Open, Unfit
 from vireport.measurement.misfit import BetterFit, Hidden
@@ -40,8 +41,8 @@ from vireport.report.templates import FILTERS
 from vireport.scenario.blocks import LeftOut
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.evidence import Evidence
-from vireport.study.judging.opening import WordedOpening, opening_of
-from vireport.study.judging.verdict import Conclusion, Status, verdict_of
+from vireport.study.judging.opening import opening_of
+from vireport.study.judging.verdict import Conclusion, verdict_of
 from vireport.study.plan import Addition, Task
 from vireport.text.formatting import OF_A_MODEL, ROUGHLY, rounded_text
 from vireport.text.said import Said
@@ -1306,32 +1307,27 @@ def record(**of: object) -> SimpleNamespace:
     return thing(**known | of)
 
 
-PLANE = thing(inputs=(DesignInput.INCLINATION, DesignInput.LENGTH), low=(0.0, 0.3), high=(90.0, 1.0), swept=True)
-UNSWEPT = thing(inputs=PLANE.inputs, low=PLANE.low, high=PLANE.high, swept=False)
-BT, BTBT = (2, "BT", 1, False), (4, "BTBT", 2, False)
-ENDS = {
-    0: thing(value=51.6, distance=6.6, relative=0.147, event=Event.PERIOD_DOUBLING, taken_over=False),
-    1: thing(value=0.629, distance=-0.0639, relative=-0.0922, event=Event.PITCHFORK, taken_over=True),
-}
+class AnyPlane(Plane, frozen=True, eq=False):
+    """A plane of which it is known whether there are sweeps across it."""
+
+    swept: bool = True
 
 
-def charted(
-    motions: object = (BT,), ends: dict[int, object] = ENDS, near: bool = False, **of: object
-) -> dict[str, object]:
-    """What the words of a chart are told by, of motions that are stable at its design point."""
-    stable = None if motions is None else [thing(kind=kind, one_to_one=kind[1] == "BT") for kind in motions]
-    design = thing(inputs=(45.0, 0.6934), motions=stable, nearest=ends.get)
+PLANE = AnyPlane((DesignInput.INCLINATION, DesignInput.LENGTH), np.array([0.0, 0.3]), np.array([90.0, 1.0]))
+UNSWEPT = AnyPlane(PLANE.inputs, PLANE.low, PLANE.high, swept=False)
+
+
+def charted(**of: object) -> SimpleNamespace:
+    """What the words of a chart are told by."""
     known = {
         "plane": PLANE,
         "limits": Limits(4, 2),
         "loci": [0, 0],
         "meetings": [0],
-        "design": design,
+        "design": thing(),
         "not_followed": 0,
     }
-    sets = [thing(kinds=(BT,), share=0.5), thing(kinds=(BT, BTBT), share=0.2), thing(kinds=(), share=0.3)]
-    named = Naming(frozenset({("BBT", False)}), Words("chart"))
-    return {"chart": thing(**known | of), "sets": sets, "named": named, "near": near, "run": None}
+    return thing(**known | of)
 
 
 BAND = {"word": "BBT", "varied": 0, "least": 1e-5, "most": 0.08, "settable": True}
@@ -1350,86 +1346,71 @@ CHARTED = [
     ("others", (True,), "others, see the table of regions"),
     ("others", (False,), "other motions"),
     ("nothing", (), "no stable motion found"),
-    ("design_point", (), "design point"),
     ("band", ([],), "a stable motion ends, same words on both sides"),
     ("band", (["BB", "BBT"],), "also stable in narrow bands: BB, BBT"),
     ("heading", (PLANE,), "Stable motions over inclination and length"),
-    ("side", (ENDS[0],), "up"),
-    ("side", (ENDS[1],), "down"),
+    ("up", (), "up"),
+    ("down", (), "down"),
+    ("handover", (), "another motion takes over"),
     ("meeting", (True,), "point of the table"),
     ("meeting", (False,), "where curves meet, end or turn"),
     ("narrow_note", ([], [], PLANE.inputs), ""),
     ("narrow_note", ([thing(**BAND)], [], PLANE.inputs), "to 0.08° wide in inclination."),
     ("narrow_note", ([thing(**BAND), thing(**BAND | {"least": 0.08})], ["BB"], PLANE.inputs), "; BBT, 0.08° wide in"),
     ("narrow_note", ([thing(**BAND | {"settable": False})], ["BB", "B"], PLANE.inputs), "set; BB, B, of widths not"),
+    ("caption", (charted(), True, []), "Length against inclination: the words of the motions that are stable in each"),
+    ("caption", (charted(plane=UNSWEPT), True, []), ", of 1:1 motions alone: the words of"),
+    ("caption", (charted(), True, []), "one at the top; 2T: every 2 forcing periods), of up to"),
+    ("caption", (charted(), False, []), "one at the top), of up to"),
     (
         "caption",
-        (charted(), []),
-        "Length against inclination: the words of the motions that are stable in each",
-    ),
-    ("caption", (charted(plane=UNSWEPT, loci=[0], meetings=[0, 0]), []), ", of 1:1 motions alone: the words of"),
-    ("caption", (charted() | {"named": Naming(frozenset(), Words("chart"))}, []), "one at the top), of up to"),
-    (
-        "caption",
-        (charted(), ["F = 3 N", "r = 0.5"]),
+        (charted(), True, ["F = 3 N", "r = 0.5"]),
         "between exact curves, at F = 3 N, r = 0.5. Bars: the nearer end along either input.",
     ),
-    ("caption", (charted(design=None), []), "between exact curves."),
-    ("found", (charted()["chart"],), "Over inclination from 0 to 90° and length from 0.3 to 1 m: 2 curves and 1 point"),
-    ("found", (charted(plane=UNSWEPT, not_followed=1)["chart"],), "neither cross a line that was followed"),
-    ("found", (charted(loci=[0], meetings=[0, 0])["chart"],), "1 curve and 2 points where they meet, end or turn"),
-    ("found", (charted(not_followed=2)["chart"],), "2 ends of curves could not be followed further."),
-    ("alt", (charted(),), "BT (1:1) in 50 % of it; BT and BTBT in 20 % of it; no stable motion of up to 4 impacts"),
-    ("alt", (charted(design=None),), "in 2 forcing periods in 30 % of it."),
-    ("word", (charted(design=None),), "No design point in the chart"),
-    ("word", (charted(None),), "Not resolved"),
-    ("word", (charted(()),), "Not stable"),
-    ("word", (charted((BTBT,)),), "Stable, but not 1:1"),
-    ("word", (charted(near=True),), "Stable, margin small"),
-    ("word", (charted(),), "Stable"),
-    ("word", (charted() | {"run": WordedOpening(Status.CAUTION, "Stable, but amber", "It is.")},), "Stable, but amber"),
-    ("word", (charted() | {"run": WordedOpening(Status.GOOD, "Stable", "It is.")},), "Stable"),
+    ("caption", (charted(design=None), True, []), "between exact curves."),
+    ("summary", (charted(),), "Over inclination from 0 to 90° and length from 0.3 to 1 m: 2 curves and 1 point"),
+    ("summary", (charted(plane=UNSWEPT, not_followed=1),), "neither cross a line that was followed"),
+    ("summary", (charted(loci=[0], meetings=[0, 0]),), "1 curve and 2 points where they meet, end or turn"),
+    ("summary", (charted(not_followed=2),), "2 ends of curves could not be followed further."),
+    ("share", ("BT (1:1)", 0.5), "BT (1:1) in 50 % of it"),
+    (
+        "alt",
+        (PLANE, ["BT (1:1) in 50 % of it", "BBT in 5 % of it"], ["It ends.", "It does not."]),
+        "1 m, filled by what is stable: BT (1:1) in 50 % of it; BBT in 5 % of it. It ends. It does not.",
+    ),
+    ("word_without_design", (), "No design point in the chart"),
+    ("word_not_resolved", (), "Not resolved"),
+    ("word_not_stable", (), "Not stable"),
+    ("word_other_motion", (), "Stable, but not 1:1"),
+    ("word_not_judged", (), "Stable, not judged"),
     ("opening_without_design", (), "The scenario has no design point in the chart."),
     ("opening_not_resolved", (), "Rounding hides what is stable at the design point."),
     ("opening_not_stable", (Limits(4, 2),), "It does not run: no motion of up to 4 impacts is stable."),
     ("opening_other_motion", ("BBT",), "It runs, but not as a 1:1 motion: BBT is stable."),
+    ("opening_not_judged", ("BT",), "BT is stable; a run of the design point ends without results."),
     ("opening_region", ("bT (1:1)", 0.5), "BT (1:1): 50 % of the chart."),
     ("opening_endless", ("BT", Parameter.LENGTH), "No end of BT was found in length."),
     (
         "opening_end",
-        ("BT", Parameter.INCLINATION, ENDS[0], "51.6°", "+15 %"),
+        ("BT", Parameter.INCLINATION, "up", "51.6°", "+15 %", "period doubling"),
         "In inclination BT is stable up to 51.6° (+15 %): period doubling.",
     ),
-    (
-        "opening_handover",
-        ("BT", Parameter.INCLINATION, ENDS[0], "51.6°", "+15 %"),
-        "In inclination BT is stable up to 51.6° (+15 %): another motion takes over.",
-    ),
-    ("away", (ENDS[0], Parameter.INCLINATION), "+15 %"),
-    ("away_absolute", (ENDS[0], Parameter.INCLINATION), "+6.6°"),
-    ("headline", (charted(design=None),), "no design point in the chart. BT (1:1) is stable in 50 % of it; BT and"),
-    ("headline", (charted(design=None) | {"sets": charted()["sets"][2:]},), "No stable motion of up to 4 impacts in 2"),
-    ("headline", (charted(None),), "rounding does not resolve the motions."),
-    ("headline", (charted(()),), "no motion of up to 4 impacts in 2 forcing periods is stable."),
-    ("headline", (charted(),), "In inclination BT ends at 51.6° (period doubling), a margin of +6.6° or +15 %."),
-    (
-        "headline",
-        (charted(),),
-        "In length BT hands its stability over at 0.629 m (pitchfork), a margin of −0.0639 m or",
-    ),
-    ("headline", (charted((BT, BTBT), {}),), "BT, BTBT are stable. In inclination no end of BT was found."),
-    ("headline", (charted(ends={0: thing(**vars(ENDS[0]) | {"relative": None})}),), "a margin of +6.6°. In length"),
+    ("points_caption", (), "Points of codimension two"),
+    ("points_head", (), "No. | What | Motion"),
+    ("points_note", (), "Two grazings: two touches in one motion."),
+    ("point", (Event.CUSP,), "cusp"),
+    ("point_with_grazing", (Event.FOLD,), "fold with grazing"),
+    ("two_grazings", (), "two grazings"),
     ("end", (Event.SWEEP_END,), "edge of the chart"),
     ("end", (Event.CLOSED,), "closed"),
     ("end", (Event.CUSP,), "cusp"),
 ]
 """What is said of charts, by macro."""
 
-MAP = thing(
-    named=(AxisName("inclination", "β", "°"), AxisName("length", "s", "m")), ends=((0, 90), (0.2, 0.9)), shape=(60, 80)
-)
+MAP = thing(named=(AxisName("inclination", "β", "°"), AxisName("length", "s", "m")), shape=(60, 80))
+MAP.plane = Plane(MAP.named, np.array([0.0, 0.2]), np.array([90.0, 0.9]))
 CELLS = thing(cells=4800, stable=2093, with_motion=4730, missed=240, outside=946)
-MAPPED = {"plan": MAP, "held": ["F = 3 N", "r = 0.5"], "found": CELLS, "marked": thing(), "curves": True}
+MAPPED = {"plan": MAP, "held": ["F = 3 N", "r = 0.5"], "findings": CELLS, "marked": thing(), "curves": True}
 MAPPED |= {"outcomes": [("1:1", 3600), ("chaotic", 1200)]}
 ON_MAPS = [
     ("title", ("map-shock",), "Least shock"),
@@ -1449,8 +1430,12 @@ ON_MAPS = [
     ("curves", (), "where any of the 1:1 motions changes or ends"),
     ("over", (MAP,), "Stability over inclination, length"),
     ("design_point", (), "design point"),
-    ("margin", (-0.0708, Parameter.LENGTH), "−0.071 m"),
-    ("margin", (7.37, Parameter.INCLINATION), "+7.4°"),
+    ("margins_caption", ("BT", "s = 0.7 m"), "Where BT ends, from s = 0.7 m"),
+    ("margins_head", (), "Input | Ends at | Distance | of the design value | Event | Stable beyond it"),
+    ("margins_note", (), "Ends are solved for, and not read off the figure."),
+    ("end", (Event.FOLD,), "fold"),
+    ("handover", (Event.PITCHFORK,), "pitchfork, another motion takes over"),
+    ("motion_name", (), "stable 1:1 motion"),
     ("missed", (CELLS,), "not reached from rest at 5 % of the cells"),
     (
         "caption",
@@ -1478,13 +1463,10 @@ ON_MAPS = [
     ("headline", (MAP, CELLS), "1:1 motion is stable at "),
     ("only_unstable", (CELLS,), "no 1:1 motion: 1.5 %."),
     ("give_design", (), "For a verdict, give the inputs of the axes a value above the map block: the design point."),
-    ("place", (MAP, (45.0, 0.7)), "β = 45°, s = 0.7 m"),
     ("quantity", ("least_jump_m_s",), "least shock"),
     ("value", ("multiplier_margin", 0.5234), "52 %"),
     ("value", ("u_ave_v", 52690.0), "52.7 kV"),
     ("value", ("least_jump_m_s", 0.12345), "123 mm/s"),
-    ("signed", (-0.0705, MAP.named[1]), "−0.0705 m"),
-    ("signed", (7.37, MAP.named[0]), "+7.37°"),
 ]
 """What is said of maps, by macro."""
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vireport.base.errors import UsageError
 from vireport.bench.controls import values_of
 from vireport.design.margins import margins_of
+from vireport.design.plane import Plane
 from vireport.design.solution import Solution, solution_of
 from vireport.motions.branches import Branch
 from vireport.motions.one_to_one import ball_path
@@ -28,8 +28,6 @@ from vireport.study.judging.designs import Designs
 from vireport.study.plan import ALL_FORMATS, FIGURES, Task
 from vireport.study.results import margin_data, motion_columns
 from vireport.study.study import Study, sweep_of
-
-Floats = NDArray[np.float64]
 
 NOTHING, UNSTABLE, STABLE = 0, 1, 2
 """What a cell of the plane of two inputs has: no 1:1 motion, unstable ones alone, or a stable one."""
@@ -147,7 +145,8 @@ def plane_answer(loaded: Loaded, axes: tuple[str, str], ranges: tuple[tuple[floa
         raise UsageError("the plane of two inputs is that around a design point (give the value of the swept input)")
     if len(set(inputs)) < 2:
         raise UsageError("the plane has two inputs (name another one)")
-    x, y = (_centres(varied, ends, count) for varied, ends, count in zip(inputs, ranges, PLANE, strict=True))
+    low, high = np.array([_range(varied, ends) for varied, ends in zip(inputs, ranges, strict=True)]).T
+    x, y = Plane((inputs[0], inputs[1]), low, high).centres(PLANE)
     values = dict(zip(inputs, (grid.ravel() for grid in np.meshgrid(x, y)), strict=True))
     designs = Designs(loaded.scenario, device.with_values(values), None, x.size * y.size)
     cells = np.zeros(designs.count, dtype=np.intp)
@@ -167,13 +166,13 @@ def _input(device: Device, key: str) -> DesignInput:
     return by_name[key]
 
 
-def _centres(varied: DesignInput, ends: tuple[float, float], count: int) -> Floats:
-    """Values in the middle of the cells along an axis."""
+def _range(varied: DesignInput, ends: tuple[float, float]) -> tuple[float, float]:
+    """The range of an axis, if the input may have all of it."""
     low, high = varied.limits
     start, end = ends
     if not low <= start < end <= high:
         raise UsageError(f"{varied}: no range from {start:g} to {end:g} (allowed: ascending, {low:g} to {high:g})")
-    return start + (end - start) * (np.arange(count) + 0.5) / count
+    return ends
 
 
 def _swept(scenario: Scenario) -> dict[str, Any] | None:

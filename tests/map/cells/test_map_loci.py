@@ -23,10 +23,15 @@ def motions_at(plan, x: float, y: float):
     return find_motions(Groups(np.array([float(d)]), np.array([float(gbar)]), 0.5), 1)
 
 
+def curves_of(plan):
+    """The curves on a map."""
+    return loci_of(plan, plan.plane)
+
+
 @pytest.fixture(scope="module")
 def curves():
     plan = plan_of(TEXT)
-    return plan, loci_of(plan)
+    return plan, curves_of(plan)
 
 
 def points_on(loci, kind: str) -> list[tuple[float, float]]:
@@ -71,7 +76,7 @@ def test_curves_over_both_restitutions_are_those_of_the_margins_there() -> None:
     text = text.replace("device.length_m, from: 0.2, to: 0.9", "device.restitution_top, from: 0.3, to: 0.7")
     text = text.replace("restitution: 0.5", "length_m: 0.6934")
     plan = plan_of(text.replace("excitation:", "inclination_deg: 45\nexcitation:"))
-    doubling = [locus.points for locus in loci_of(plan) if locus.event == "period_doubling"]
+    doubling = [locus.points for locus in curves_of(plan) if locus.event == "period_doubling"]
     assert len(doubling) == 1
     # The two ends of stable motion of the paper's device, restitution 0.5: margins in either of the two.
     for place in ((0.46701430324607485, 0.5), (0.5, 0.5312846582185935)):
@@ -82,7 +87,7 @@ def test_curves_over_both_restitutions_are_those_of_the_margins_there() -> None:
 
 def test_over_the_balls_mass_curves_are_straight() -> None:
     text = TEXT.replace("inclination_deg, from: 0, to: 90", "device.ball_mass_kg, from: 0.004, to: 0.02")
-    loci = loci_of(plan_of(text.replace("excitation:", "inclination_deg: 45\nexcitation:")))
+    loci = curves_of(plan_of(text.replace("excitation:", "inclination_deg: 45\nexcitation:")))
     assert {"period_doubling", "grazing"} <= {locus.event for locus in loci}
     for locus in loci:
         np.testing.assert_array_equal(locus.points[:, 0], [0.004, 0.02])
@@ -100,5 +105,5 @@ def test_a_grazing_without_touch_or_impact_begins_no_curve(change: tuple[str, st
     text = TEXT.replace(*change)
     if "path: inclination_deg" not in text:
         text = text.replace("excitation:", "inclination_deg: 0\nexcitation:")
-    loci = loci_of(plan_of(text))
+    loci = curves_of(plan_of(text))
     assert kinds <= {locus.event for locus in loci}

@@ -27,8 +27,8 @@ from vireport.map.cells.cells import map_plan
 from vireport.map.cells.design import map_design
 from vireport.map.cells.evaluation import CODES
 from vireport.map.cells.findings import MapQuantity, findings_of
-from vireport.map.cells.outputs import MapOutput
 from vireport.map.cells.run import run_map
+from vireport.map.outputs import MapOutput
 from vireport.motions.stability import STABILITIES
 from vireport.scenario.loading import loads, loads_map
 from vireport.study.plan import Task
@@ -111,7 +111,7 @@ def test_the_numbers_of_its_cells_are_those_of_its_rows(plain) -> None:
 @pytest.mark.slow
 def test_the_margins_of_its_design_point_are_where_stable_motion_ends(plain) -> None:
     page, _ = plain
-    table = page.tables["Where its stable motion ends along the axes"]
+    table = page.tables["Where stable 1:1 motion ends, from β = 45°, s = 0.7 m"]
     ends = {"inclination": "inclination_deg", "length": "device.length_m"}
     given = {"inclination": (45.0, "°"), "length": (0.7, "m")}
     margins = analyse(loads(DESIGN, "x"), (Task.JSON,)).solution.design.margins
@@ -156,7 +156,7 @@ def test_its_verdict_is_that_of_a_run_of_the_design_point(plain) -> None:
 @pytest.mark.slow
 def test_a_design_point_off_the_map_is_told_and_not_drawn(tmp_path: Path) -> None:
     page, _ = reported(tmp_path, MAP.replace("length_m: 0.7", "length_m: 1.2"))
-    assert "β = 45°, s = 1.2 m, off the map" in page.text
+    assert "The design point, β = 45°, s = 1.2 m, is off the map." in page.text
     assert "Bars: the nearer end" not in page.text
 
 

@@ -18,13 +18,13 @@ from vireport import load
 from vireport.design.lines import line_of
 from vireport.design.margins import margins_of
 from vireport.design.point import motions_at
-from vireport.map.chart.chart import Chart, chart
+from vireport.map.chart.chart import PlaneLoci, loci_over
 from vireport.map.chart.figure import picture
 from vireport.map.chart.loci import Locus
 from vireport.map.chart.meetings import Meeting
 from vireport.map.chart.network import FollowedLocus
 from vireport.map.chart.over import plane_of
-from vireport.map.chart.plane import Plane, StraightSweep
+from vireport.map.chart.plane import DevicePlane, StraightSweep
 from vireport.motions.atlas.families import atlas
 from vireport.motions.conditions import Condition
 from vireport.motions.diagram import solve
@@ -49,33 +49,33 @@ PLANES = (
 
 
 @cache
-def plane(over: str) -> Plane:
+def plane(over: str) -> DevicePlane:
     return plane_of(load(EXAMPLES / "inclined.yaml").scenario, over)
 
 
 @cache
-def one_to_one(over: str) -> Chart:
-    return chart(plane(over), Limits(2, 1), cuts=0)
+def one_to_one(over: str) -> PlaneLoci:
+    return loci_over(plane(over), Limits(2, 1), cuts=0)
 
 
 @cache
-def all_words() -> Chart:
-    return chart(plane(PLANES[1]), Limits(4, 2))
+def all_words() -> PlaneLoci:
+    return loci_over(plane(PLANES[1]), Limits(4, 2))
 
 
 @cache
-def two_touches() -> Chart:
-    return chart(plane("capsule_mass_kg,restitution"), Limits(4, 2))
+def two_touches() -> PlaneLoci:
+    return loci_over(plane("capsule_mass_kg,restitution"), Limits(4, 2))
 
 
 @cache
-def horizontal(over: str, limits: Limits) -> Chart:
+def horizontal(over: str, limits: Limits) -> PlaneLoci:
     cuts = 0 if limits.impacts == 2 else 2
-    return chart(plane_of(load(EXAMPLES / "horizontal.yaml").scenario, over), limits, cuts=cuts)
+    return loci_over(plane_of(load(EXAMPLES / "horizontal.yaml").scenario, over), limits, cuts=cuts)
 
 
 @cache
-def symmetric() -> Chart:
+def symmetric() -> PlaneLoci:
     return horizontal("restitution=0.05..0.97,length_m=0.1..4", Limits(2, 1))
 
 
@@ -91,7 +91,7 @@ def crossings(locus: FollowedLocus, k: int, value: float) -> list[NDArray[Any]]:
     return places
 
 
-def nearest(drawn: Chart, event: Event, k: int, other: float, value: float) -> float:
+def nearest(drawn: PlaneLoci, event: Event, k: int, other: float, value: float) -> float:
     """Relative distance, along a sweep, from a value to the nearest crossing of a locus."""
     loci = (locus for locus in drawn.loci if locus.event is event)
     return min((abs(x[-2 + k] / value - 1) for locus in loci for x in crossings(locus, 1 - k, other)), default=np.inf)
@@ -147,7 +147,7 @@ def test_stable_motion_ends_on_a_curve_over_both_restitutions(name: str, ranges:
     """The ends of the margins of random devices, which are followed from these along either restitution."""
     over = f"restitution_bottom={ranges},restitution_top={ranges}"
     own = plane_of(load(EXAMPLES / f"{name}.yaml").scenario, over)
-    drawn, rng, checked = chart(own, Limits(4, 2)), np.random.default_rng(3), 0
+    drawn, rng, checked = loci_over(own, Limits(4, 2)), np.random.default_rng(3), 0
     assert events <= {locus.event for locus in drawn.loci}
     assert picture(drawn).caption.startswith("Restitution at the top against restitution at the bottom, of 1:1")
     for _ in range(8):
@@ -182,7 +182,7 @@ def test_every_event_of_families_on_random_sweeps_lies_on_a_locus():
     assert checked.total() > 40
 
 
-def exact_inputs(drawn: Chart, point: Meeting) -> list[Any]:
+def exact_inputs(drawn: PlaneLoci, point: Meeting) -> list[Any]:
     """The inputs at a point with a touch, in 40 digits by the printed maps, from a start that is off by some 1e-7."""
     motion, rests, event = point.motion, point.motion.rests, point.events[0]
     word, count = motion.word, len(motion.word)
@@ -290,7 +290,7 @@ def test_a_cusp_is_where_three_motions_are_one_in_40_digits():
 @pytest.mark.slow
 def test_a_degenerate_period_doubling_is_that_of_the_printed_maps_in_40_digits():
     """With one velocity of two periods given and one condition left out, its first and third derivative are zero."""
-    drawn = chart(plane("restitution=0.84..0.9,length_m=1.15..1.35"), Limits(2, 1), cuts=0)
+    drawn = loci_over(plane("restitution=0.84..0.9,length_m=1.15..1.35"), Limits(2, 1), cuts=0)
     (point,) = [meeting for meeting in drawn.meetings if meeting.events[1] is Event.DEGENERATE_DOUBLING]
     assert max(point.error_bound) < 1e-14
     word, twice, step = point.motion.word, point.motion.times(2), mpf(10) ** -12
@@ -344,7 +344,7 @@ def test_two_curves_of_folds_end_together_in_a_cusp():
     assert widths[1] / widths[0] == pytest.approx(8, rel=0.02)  # the power 3/2 of the distance
 
 
-def known_regions(drawn: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any], dict[int, set[tuple[str, ...]]]]:
+def known_regions(drawn: PlaneLoci, count: int) -> tuple[NDArray[Any], NDArray[Any], dict[int, set[tuple[str, ...]]]]:
     """Regions between curves on a raster, the distance to the nearest curve, and the words that sweeps find in each."""
     plane, free = drawn.plane, np.ones((count, count), dtype=bool)
     for locus in drawn.loci:
@@ -361,7 +361,7 @@ def known_regions(drawn: Chart, count: int) -> tuple[NDArray[Any], NDArray[Any],
     return regions, room, words
 
 
-def raster(plane: Plane, inputs: Any, count: int) -> tuple[int, ...]:
+def raster(plane: DevicePlane, inputs: Any, count: int) -> tuple[int, ...]:
     share = (np.asarray(inputs) - plane.low) / plane.widths
     return tuple(np.clip((share * count).astype(int), 0, count - 1).tolist())
 

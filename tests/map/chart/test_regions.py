@@ -24,12 +24,12 @@ from vireport.cli.app import main
 from vireport.design.point import design_point
 from vireport.figures.style import LOCI
 from vireport.map.chart import outputs
-from vireport.map.chart.chart import Chart, chart, with_regions
+from vireport.map.chart.chart import Chart, PlaneLoci, loci_over, with_regions
 from vireport.map.chart.design import BEYOND, charted_design
 from vireport.map.chart.figure import EDGE, colored, picture
 from vireport.map.chart.opening import chart_opening
 from vireport.map.chart.over import chart_of, plane_of
-from vireport.map.chart.plane import Cut, Plane, StraightSweep
+from vireport.map.chart.plane import Cut, DevicePlane, StraightSweep
 from vireport.map.chart.regions import (
     PIXELS,
     ROOM,
@@ -41,8 +41,9 @@ from vireport.map.chart.regions import (
     pieces,
     stable_motions,
 )
-from vireport.map.chart.report import ChartReport
 from vireport.map.chart.words import naming
+from vireport.map.design import exactness_of
+from vireport.map.outputs import MapOutput
 from vireport.motions.events import Event
 from vireport.motions.pointwise import find_motions
 from vireport.motions.switching import Limits
@@ -56,7 +57,6 @@ from vireport.scenario.parameters import DesignInput
 from vireport.study.checks import reference
 from vireport.study.judging.opening import WordedOpening
 from vireport.study.plan import Task
-from vireport.study.provenance import provenance_of
 from vireport.text.templates import Words
 
 SMALL = "restitution=0.4..0.6,length_m=0.55..0.75"
@@ -73,7 +73,7 @@ def charted(name: str, over: str, impacts: int = 2, periods: int = 1) -> Chart:
     """A chart with its regions, of 1:1 motions alone or of all words."""
     loaded = scenario(name)
     own = plane_of(loaded.scenario, over)
-    drawn = chart(own, Limits(impacts, periods), cuts=0 if impacts == 2 else 3)
+    drawn = loci_over(own, Limits(impacts, periods), cuts=0 if impacts == 2 else 3)
     return with_regions(drawn, Device.of(loaded.scenario))
 
 
@@ -152,12 +152,12 @@ def test_the_margins_of_a_motion_of_another_word_end_where_it_does() -> None:
     design = charted_design(Device.of(loaded.scenario), own, limits)
     assert design is not None
     assert [each.kind[1] for each in design.motions or ()] == ["BBT"]
-    low, high = design.along(1)
+    low, high = (end for end in design.margins if end.axis == 1)
     assert (low.event, round(low.value, 5), high.event) == (Event.GRAZING, 0.22104, Event.FOLD)
     for end in design.margins:
         for side, stable in ((-1e-6, True), (1e-6, False)):
             at = np.array(design.inputs)
-            at[end.varied] = end.value + side * np.sign(end.distance)
+            at[end.axis] = end.value + side * np.sign(end.distance)
             words = [each.kind[1] for each in stable_motions(own, tuple(at.tolist()), limits) or ()]
             assert ("BBT" in words) == stable, (end, side)
 
@@ -196,7 +196,7 @@ def test_margins_in_the_chart_are_those_of_a_run(over: str) -> None:
     assert design is not None
     assert [each.kind for each in design.motions or ()] == [WORD]
     for k, varied in enumerate(drawn.plane.inputs):
-        for end in design.along(k):
+        for end in (end for end in design.margins if end.axis == k):
             own = [margin for margin in point.margins if margin.parameter is varied and margin.ends_stability]
             nearest = min((m for m in own if m.distance * end.distance > 0), key=lambda m: abs(m.distance))
             assert (end.value, end.event, end.distance) == (nearest.sweep_value, nearest.event, nearest.distance)
@@ -209,7 +209,7 @@ def test_margins_in_the_chart_are_those_of_a_run(over: str) -> None:
             assert bool(motions.stable(array_of(groups)).any()) == bool(end.beyond)
         smallest = design.nearest(k)
         assert smallest is not None
-        assert abs(smallest.distance) == min(abs(end.distance) for end in design.along(k))
+        assert abs(smallest.distance) == min(abs(end.distance) for end in design.margins if end.axis == k)
 
 
 @pytest.mark.slow
@@ -220,7 +220,7 @@ def test_a_device_without_the_inputs_or_outside_has_no_design_point() -> None:
         assert with_regions(drawn, device).design is None
 
 
-def stub(kinds: tuple[str, ...], plane: Plane) -> Regions:
+def stub(kinds: tuple[str, ...], plane: DevicePlane) -> Regions:
     """A plane of one region in which some words are stable."""
     motion = [Motion(Word.of(word), np.ones(len(word)), np.arange(len(word)), 0.4) for word in kinds]
     region = ChartRegion((0.5, 0.6), 1.0, tuple(StableMotion(each, 0.0, 0.1, False) for each in motion))
@@ -253,11 +253,14 @@ def test_what_is_stable_in_a_narrow_range_of_a_sweep_is_a_band() -> None:
 def test_a_chart_has_the_tolerances_of_its_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
     own = load(EXAMPLES / "inclined.yaml", {"tolerances": {"length_m": 0.01, "inclination_percent": 2.0}})
     monkeypatch.setattr(
-        "vireport.map.chart.over.chart", lambda plane, limits, *_, **__: Chart(plane, limits, (), (), ())
+        "vireport.map.chart.over.loci_over", lambda plane, limits, *_, **__: PlaneLoci(plane, limits, (), (), ())
     )
-    monkeypatch.setattr("vireport.map.chart.over.with_regions", lambda drawn, *_: drawn)
+    monkeypatch.setattr(
+        "vireport.map.chart.over.with_regions",
+        lambda drawn, *_: Chart(drawn.plane, drawn.limits, (), (), (), stub((), drawn.plane)),
+    )
     drawn = chart_of(own, "length_m=0.5..0.9,inclination_deg=0..90", lambda what: None)
-    assert drawn.off == ((0.01, 0.0), (0.0, 2.0))
+    assert drawn.tolerances == ((0.01, 0.0), (0.0, 2.0))
 
 
 @pytest.mark.parametrize("make", EACH)
@@ -353,7 +356,7 @@ def test_a_curve_in_chart_json_is_reproduced_by_the_printed_maps(make: Callable[
 
 @cache
 def data_of(drawn: Chart, *formats: Task) -> dict[str, bytes]:
-    return outputs.files(drawn, scenario("inclined"), formats or (Task.JSON,), "vireport map --over")
+    return outputs.files(drawn, scenario("inclined"), MapOutput(formats or (Task.JSON,)))
 
 
 def test_the_report_of_a_chart_tells_the_verdict_the_margins_and_what_is_left_out() -> None:
@@ -378,7 +381,7 @@ def test_a_chart_opens_in_few_words_with_the_ends_along_its_axes_in_the_digits_o
     assert len(said.split()) <= 120
     for k, varied in enumerate(drawn.plane.inputs):
         end = drawn.design.nearest(k)
-        shown = varied.show(end.value, drawn.exactness)
+        shown = varied.show(end.value, exactness_of(drawn.design))
         assert any(
             f"In {varied.quantity} BT is stable {'up' if end.distance > 0 else 'down'} to {shown} (" in text
             for _, text in worded.facts
@@ -402,26 +405,26 @@ def test_a_chart_says_of_its_design_point_what_a_run_says(capsys) -> None:
     assert len(run.opening.worded().sentence.split()) <= 15
     assert [x.value for x in report_opening(drawn).tiles] == [x.value for x in run.opening.worded().tiles]
     assert all(f"{alert.code} {alert.title}" in said for alert in run.alerts)
-    report = ChartReport(drawn, load(EXAMPLES / "inclined.yaml"), {}, provenance_of(drawn.run.loaded, "vireport chart"))
+    report = outputs.report_of(drawn, load(EXAMPLES / "inclined.yaml"), MapOutput())
     assert (report.verdict.status, report.verdict.word) == (run.verdict.status, run.opening.worded().word)
 
 
 @pytest.mark.parametrize(
     ("file", "source", "place"),
     [
-        ("chart.typ.j2", "{{ report.nothing }}", "chart.typ.j2:1: "),
-        ("words/chart.j2", "{% macro word(x) %}\n{{ x.nothing }}{% endmacro %}", "words/chart.j2"),
+        ("sections/regions.typ.j2", "{{ report.nothing }}", "sections/regions.typ.j2:1: "),
+        ("words/chart.j2", "{% macro title() %}\n{{ x.nothing }}{% endmacro %}", "words/chart.j2"),
     ],
 )
 def test_a_wrong_name_in_a_template_is_told_with_its_place(file: str, source: str, place: str, tmp_path: Path) -> None:
     (tmp_path / file).parent.mkdir(exist_ok=True)
     (tmp_path / file).write_text(source, encoding="utf-8")
     with pytest.raises(RenderError, match=place):
-        outputs.files(charted("inclined", SMALL), scenario("inclined"), (Task.HTML,), "vireport map --over", tmp_path)
+        outputs.files(charted("inclined", SMALL), scenario("inclined"), MapOutput((Task.HTML,), templates=tmp_path))
 
 
 HEADS = {
-    "Where BT ends, from r = 0.5 and s = 0.6934 m": (
+    "Where BT ends, from r = 0.5, s = 0.6934 m": (
         "Input", "Ends at", "Distance", "of the design value", "Event", "Stable beyond it",
     ),
     "What is stable, and where that was solved for": (
@@ -431,7 +434,7 @@ HEADS = {
     "Not in this chart": ("What", "Why"),
 }  # fmt: skip
 SENTENCES = (
-    "Solved for, and not read off the figure; chart.json has all digits.",
+    "Ends are solved for, and not read off the figure.",
     "Solved for at the point of each region that is farthest from all curves; the values are those of the largest "
     "region.",
     "Numbers are places in loci of chart.json, which has the points and for each curve a motion on it to start from. "

@@ -14,6 +14,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
+from vireport.design.plane import Plane
 from vireport.design.solution import SMALLEST_LOSS
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
@@ -115,9 +116,12 @@ class MapPlan(Struct, frozen=True):
         return tuple(map(axis_ends, self.axes))
 
     @property
-    def is_plane(self) -> bool:
-        """Whether it is a grid over two parameters, of which there are heat maps."""
-        return self.sampling is Sampling.GRID and len(self.axes) == 2
+    def plane(self) -> Plane | None:
+        """What there are heat maps over, a grid of two parameters; None for other maps."""
+        if self.sampling is not Sampling.GRID or len(self.axes) != 2:
+            return None
+        (first, second), (low, high) = self.named, np.array(self.ends).T
+        return Plane((first, second), low, high)
 
     def rows(self, chunk: int) -> int:
         """Cells of a chunk: all but the last are of one size."""

@@ -1,47 +1,15 @@
-"""The design point of a map: the scenario at the values that its file gives beside the axes, as a run answers it."""
+"""The design point of a map of cells: the scenario at the values that its file gives beside the axes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
-
-from msgspec import Struct
 
 from vireport.map.cells.cells import MapPlan
+from vireport.map.design import MapDesign, MapMargin, nearest_either_way
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import Task
 from vireport.study.study import Study, analyse
-
-if TYPE_CHECKING:
-    from vireport.design.margins import Margin
-
-
-class MapDesign(Struct, frozen=True, eq=False):
-    """The design point of a map.
-
-    Attributes
-    ----------
-    study : Study
-        What a run finds of it.
-    inputs : tuple of float
-        Its values along the axes.
-    inside : bool
-        Whether these are within the ends of all axes.
-    """
-
-    study: Study
-    inputs: tuple[float, ...]
-    inside: bool
-
-    def ends(self, names: tuple[str, ...]) -> Iterator[tuple[int, Margin]]:
-        """Along which axis, and how far away, its motion ends or another takes over: the nearest either way."""
-        design, seen = self.study.solution.design, set[tuple[str, bool]]()
-        for margin in design.limits() if design is not None and design.motions.stable_mask.any() else ():
-            key = margin.parameter.value, margin.distance > 0
-            if key[0] in names and key not in seen:
-                seen.add(key)
-                yield names.index(key[0]), margin
 
 
 def map_design(loaded: Loaded | None, plan: MapPlan) -> MapDesign | None:
@@ -62,7 +30,16 @@ def map_design(loaded: Loaded | None, plan: MapPlan) -> MapDesign | None:
         return None
     study = analyse(loaded, (Task.JSON,))
     device, mass = study.solution.device, study.scenario.device.ball_mass_kg
-    values = {each.value: device.value_of(each) for each in DesignInput} | {"ball_mass_kg": mass}
+    values = {varied.value: device.value_of(varied) for varied in DesignInput} | {"ball_mass_kg": mass}
     inputs = tuple(float(values[name]) for name in plan.names)
     inside = all(low <= value <= high for value, (low, high) in zip(inputs, plan.ends, strict=True))
-    return MapDesign(study, inputs, inside)
+    return MapDesign(inputs, nearest_either_way(_ends(study, plan.names)), study, inside)
+
+
+def _ends(study: Study, names: tuple[str, ...]) -> Iterator[MapMargin]:
+    """Where the stable motions of a design point end along the axes of a map, or others take over."""
+    design = study.solution.design
+    for end in design.limits() if design is not None and design.motions.stable_mask.any() else ():
+        if end.parameter.value in names:
+            axis = names.index(end.parameter.value)
+            yield MapMargin(axis, end.event, end.sweep_value, end.distance, end.error_bound, end.taken_over)

@@ -13,17 +13,17 @@ from matplotlib.figure import Figure
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.figures.alongside import Paper
+from vireport.design.plane import Plane
 from vireport.figures.captions import held_by
-from vireport.figures.layout import Entry, blank, finished, panel_size, prefix, round_ticks
-from vireport.figures.planes import DESIGN, mark_design
-from vireport.figures.style import HALO, LOCI, Color, Look, NotebookFigure, Picture, Pixel, sheet, style
+from vireport.figures.layout import prefix
+from vireport.figures.style import HALO, LOCI, Color, Look, NotebookFigure, Picture, Pixel, style
 from vireport.figures.sweeps import OUTCOMES
 from vireport.map.cells.cells import MapPlan, axis_values
-from vireport.map.cells.design import MapDesign
 from vireport.map.cells.disturbed import DESTINATIONS
 from vireport.map.cells.findings import MapFindings, largest_margin, pieces_of, restitution_at
 from vireport.map.cells.loci import DrawnLocus, loci_of
+from vireport.map.design import MapDesign
+from vireport.map.figure import mark_on_plane, paper_of, plane_finished, plane_panel
 from vireport.motions.events import Event
 from vireport.motions.stability import STABILITIES, Stability
 from vireport.physics.groups import Restitutions
@@ -35,9 +35,6 @@ Floats = NDArray[np.float64]
 FINEST = 1000
 """Cells along either axis that a picture shows; of more, every second, third, ... is drawn."""
 
-HEIGHT = 4.1
-"""Height of a map with its axes, at the width of a report's figures [in]."""
-
 NO_CELL: Look = {"facecolor": "#FFFFFF", "edgecolor": "#999999", "hatch": "////", "linewidth": 0.0}
 """Look of cells without motion: hatched, as white is a shade of the margin too."""
 
@@ -47,6 +44,9 @@ TYPES = {
     Stability.UNSTABLE_NODE: ("only unstable", "#F3DCB0"),
 }
 """Name and colour of each type, from dark to light so that they are apart in grey as well."""
+
+SCALE_WIDTH = 1.0
+"""Width of a scale of colours beside a map [in]."""
 
 NONE_FOUND = "none found up to the impact velocity", Pixel.LIGHT
 NOT_TOLD = "too near a critical point to tell", Pixel.GREY
@@ -82,16 +82,16 @@ class Raster(Struct, frozen=True, eq=False):
     y: Floats
     columns: dict[str, Floats]
 
+    @property
+    def edges(self) -> tuple[Floats, Floats]:
+        """Borders between cells along both axes, ascending."""
+        return _edges(np.sort(self.x)), _edges(np.sort(self.y))
+
 
 def picture_names(plan: MapPlan) -> tuple[str, ...]:
     """Names of the heat maps of a map."""
-    if not plan.is_plane:
-        return ()
-    return ("map-stability", "map-margin", *(name for name, wanted in _optional(plan).items() if wanted))
-
-
-def _optional(plan: MapPlan) -> dict[str, bool]:
-    return {"map-voltage": plan.membrane is not None, "map-from-rest": plan.from_rest, "map-shock": plan.shock}
+    optional = {"map-voltage": plan.membrane is not None, "map-from-rest": plan.from_rest, "map-shock": plan.shock}
+    return ("map-stability", "map-margin", *(name for name, wanted in optional.items() if wanted))
 
 
 class Area(Struct, frozen=True, eq=False):
@@ -114,7 +114,7 @@ class Area(Struct, frozen=True, eq=False):
         return Pixel.BLACK if 0.3 * red + 0.59 * green + 0.11 * blue > MIDDLE else Pixel.WHITE
 
 
-class MapFigure(Struct, frozen=True, eq=False):
+class HeatMaps(Struct, frozen=True, eq=False):
     """What the heat maps of one map are drawn of.
 
     Attributes
@@ -122,8 +122,9 @@ class MapFigure(Struct, frozen=True, eq=False):
     plan : MapPlan
     raster : Raster
     loci : tuple of DrawnLocus
-    found : MapFindings
+    findings : MapFindings
     design : MapDesign or None
+        Where it has a place on the map.
     said : Words
         Of ``templates/words/map.j2``.
     """
@@ -131,20 +132,21 @@ class MapFigure(Struct, frozen=True, eq=False):
     plan: MapPlan
     raster: Raster
     loci: tuple[DrawnLocus, ...]
-    found: MapFindings
+    findings: MapFindings
     design: MapDesign | None
     said: Words
 
     @property
-    def marked(self) -> MapDesign | None:
-        """The design point, where it has a place on the map."""
-        return self.design if self.design is not None and self.design.inside else None
+    def plane(self) -> Plane:
+        """The plane that is drawn: up to the outer edges of the cells."""
+        (x, y), (first, second) = self.raster.edges, self.plan.named
+        return Plane((first, second), np.array([x[0], y[0]]), np.array([x[-1], y[-1]]))
 
 
 def map_pictures(
     plan: MapPlan, result: Path, findings: MapFindings, design: MapDesign | None = None, templates: Path | None = None
 ) -> tuple[Picture, ...]:
-    """Draw the heat maps of a map, with their words.
+    """Draw the heat maps of a map, with their words; none where it is not over a plane.
 
     Parameters
     ----------
@@ -158,11 +160,11 @@ def map_pictures(
     templates : Path, optional
         A folder whose words come before ours.
     """
-    if not plan.is_plane:
+    if plan.plane is None:
         return ()
-    said = Words("map", templates)
-    drawing = MapFigure(plan, _raster(plan, result), loci_of(plan), findings, design, said)
-    words = {"plan": plan, "held": held_by(plan.device, plan.names), "found": findings, "marked": drawing.marked}
+    said, marked = Words("map", templates), design if design is not None and design.inside else None
+    drawing = HeatMaps(plan, _raster(plan, result), loci_of(plan, plan.plane), findings, marked, said)
+    words = {"plan": plan, "held": held_by(plan.device, plan.names), "findings": findings, "marked": marked}
     words |= {"curves": bool(drawing.loci), "outcomes": outcomes_of(findings)}
     with style():
         return tuple(
@@ -199,24 +201,24 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
     return Raster(x, y, columns)
 
 
-def _stability(drawing: MapFigure) -> Figure:
+def _stability(drawing: HeatMaps) -> Figure:
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
-    figure, axes = _blank(drawing)
+    figure, axes = _panel(drawing)
     _fill(axes, drawing.raster, drawing.raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
     return _finished(figure, axes, drawing, _types(drawing, *STABILITIES))
 
 
-def _types(drawing: MapFigure, *kinds: Stability) -> list[Area]:
+def _types(drawing: HeatMaps, *kinds: Stability) -> list[Area]:
     """The cells of each of some types of motion that there are."""
     code = drawing.raster.columns["stability"]
     return [Area(*TYPES[kind], code == kind.code) for kind in kinds if (code == kind.code).any()]
 
 
 def _of_stable(
-    drawing: MapFigure, values: Floats, colors: str, label: str, ends: tuple[float, float] | None = None
+    drawing: HeatMaps, values: Floats, colors: str, label: str, ends: tuple[float, float] | None = None
 ) -> tuple[NotebookFigure, Axes]:
     """A figure with values where the motion is stable, from the least to the largest where no ends are given."""
-    figure, axes = _blank(drawing)
+    figure, axes = _panel(drawing, SCALE_WIDTH)
     code = drawing.raster.columns["stability"]
     unstable = code == Stability.UNSTABLE_NODE.code
     flat = ListedColormap([TYPES[Stability.UNSTABLE_NODE][1]])
@@ -230,7 +232,7 @@ def _of_stable(
     return figure, axes
 
 
-def _margin(drawing: MapFigure) -> Figure:
+def _margin(drawing: HeatMaps) -> Figure:
     axes_of = dict(zip(drawing.plan.names, (drawing.raster.x, drawing.raster.y[:, None]), strict=True))
     restitution = restitution_at(drawing.plan, axes_of)
     shares = drawing.raster.columns["multiplier_margin"] / largest_margin(restitution)
@@ -240,29 +242,29 @@ def _margin(drawing: MapFigure) -> Figure:
     return _finished(figure, axes, drawing, _types(drawing, Stability.UNSTABLE_NODE))
 
 
-def _voltage(drawing: MapFigure) -> Figure:
+def _voltage(drawing: HeatMaps) -> Figure:
     volts = drawing.raster.columns["u_ave_v"]
     power = prefix([volts])
     figure, axes = _of_stable(drawing, volts / 10.0**power, "cividis", f"Uₐᵥₑ [{PREFIXES[power]}V]")
     return _finished(figure, axes, drawing, _types(drawing, Stability.UNSTABLE_NODE))
 
 
-def _from_rest(drawing: MapFigure) -> Figure:
+def _from_rest(drawing: HeatMaps) -> Figure:
     code = drawing.raster.columns["from_rest"]
-    figure, axes = _blank(drawing)
-    colors = ListedColormap([OUTCOMES[each][1] for each in DESTINATIONS])
+    figure, axes = _panel(drawing)
+    colors = ListedColormap([OUTCOMES[outcome][1] for outcome in DESTINATIONS])
     _fill(axes, drawing.raster, code, colors, -0.5, len(DESTINATIONS) - 0.5)
     areas = [
-        Area(OUTCOMES[each][0], Pixel.like(OUTCOMES[each][1]), code == k)
-        for k, each in enumerate(DESTINATIONS)
+        Area(OUTCOMES[outcome][0], Pixel.like(OUTCOMES[outcome][1]), code == k)
+        for k, outcome in enumerate(DESTINATIONS)
         if (code == k).any()
     ]
     # A stable motion that is not reached is where a design may seem good and is not.
-    note = drawing.said("missed", drawing.found) if drawing.found.missed else ""
+    note = drawing.said("missed", drawing.findings) if drawing.findings.missed else ""
     return _finished(figure, axes, drawing, areas, note)
 
 
-def _shock(drawing: MapFigure) -> Figure:
+def _shock(drawing: HeatMaps) -> Figure:
     columns = drawing.raster.columns
     jump, searched, code = columns["least_jump_m_s"], columns["jump_searched_to_m_s"], columns["stability"]
     power = prefix([jump])
@@ -286,20 +288,10 @@ DRAWN = {
 }
 
 
-def _height() -> float:
-    """Height of a map with its axes [in]."""
-    return HEIGHT * min(1.0, sheet().width / 5)
-
-
-def _blank(drawing: MapFigure) -> tuple[NotebookFigure, Axes]:
+def _panel(drawing: HeatMaps, beside: float = 0.0) -> tuple[NotebookFigure, Axes]:
     """A figure with the axes of a map."""
-    figure, ((axes,),) = blank(1)
+    figure, axes = plane_panel(drawing.plane, beside)
     axes.patch.set(**NO_CELL)
-    raster, room = drawing.raster, min(HEIGHT, sheet().across)
-    for axis, name, values in zip((axes.xaxis, axes.yaxis), drawing.plan.named, (raster.x, raster.y), strict=True):
-        edges = _edges(np.sort(values))
-        axis.set_ticks(*round_ticks(edges.min(), edges.max(), room))
-        axis.set_label_text(name.label)
     return figure, axes
 
 
@@ -307,8 +299,7 @@ def _fill(axes: Axes, raster: Raster, values: Floats, colors: str | ListedColorm
     """Colour the cells that have a value; the scale of the colours goes from `low` to `high`."""
     i, j = np.argsort(raster.x), np.argsort(raster.y)
     masked = np.ma.masked_invalid(values[np.ix_(j, i)])
-    edges = _edges(raster.x[i]), _edges(raster.y[j])
-    axes.pcolorfast(*edges, masked, cmap=colors, norm=Normalize(low, high), zorder=0.5)
+    axes.pcolorfast(*raster.edges, masked, cmap=colors, norm=Normalize(low, high), zorder=0.5)
 
 
 def _edges(values: Floats) -> Floats:
@@ -319,55 +310,43 @@ def _edges(values: Floats) -> Floats:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
-def _finished(figure: NotebookFigure, axes: Axes, drawing: MapFigure, types: Sequence[Area], note: str = "") -> Figure:
+def _finished(figure: NotebookFigure, axes: Axes, drawing: HeatMaps, types: Sequence[Area], note: str = "") -> Figure:
     """Draw the curves, white under each so that it shows on any colour, and the design point; name what there is.
 
     Parameters
     ----------
     figure : NotebookFigure
     axes : Axes
-    drawing : MapFigure
+    drawing : HeatMaps
     types : sequence of Area
         Of cells of one colour.
     note : str
         A warning over the figure.
     """
-    limits = axes.get_xlim(), axes.get_ylim()
-    paper = Paper(axes, panel_size(axes, _height()))
+    plane = drawing.plane
     for locus in drawing.loci:
         if locus.event is not Event.NODE_FOCUS:
             axes.plot(*locus.points.T, color=Color.WHITE, linewidth=HALO, zorder=2.0, solid_capstyle="round")
         look: Look = {"linewidth": LINE, "zorder": 2.5} | LOCI[locus.event][1]
         axes.plot(*locus.points.T, **look)
-    axes.set(xlim=limits[0], ylim=limits[1])
+    axes.set(xlim=(plane.low[0], plane.high[0]), ylim=(plane.low[1], plane.high[1]))
+    paper = paper_of(axes)
     for locus in drawing.loci:
         paper.draw(locus.points)
-    entries: list[Entry] = []
-    if drawing.marked is not None:
-        names, at = drawing.plan.names, drawing.marked.inputs
-        by_axis = [[nearest_end for axis, nearest_end in drawing.marked.ends(names) if axis == k] for k in (0, 1)]
-        nearest = [
-            (k, min(of_axis, key=lambda nearest_end: abs(nearest_end.distance)))
-            for k, of_axis in enumerate(by_axis)
-            if of_axis
-        ]
-        ends = mark_design(axes, at, [(axis, end.sweep_value) for axis, end in nearest], on_pixels=True)
-        margins = [drawing.said("margin", end.distance, drawing.plan.named[axis]) for axis, end in nearest]
-        if not paper.mark(at, ends, margins, drawing.said("design_point"), bbox=OVER_CELLS):
-            entries.append((drawing.said("design_point"), DESIGN | {"markersize": 6.0}))
+    entries = mark_on_plane(paper, plane, drawing.design, drawing.said, on_pixels=True, bbox=OVER_CELLS)
     for area in types:
-        if not paper.name(_pixels(axes, drawing.raster, area.cells), area.name, every=False, color=area.ink):
+        if not paper.name(_pixels(drawing, area.cells), area.name, every=False, color=area.ink):
             entries.append((area.name, OF_CELLS | {"color": area.color}))
     drawn = {locus.event for locus in drawing.loci}
     entries += [(of, {"linewidth": LINE} | look) for kind, (of, look) in LOCI.items() if kind in drawn]
-    return finished(figure, _height(), [(note, Color.WARNING)] if note else [], [entries])
+    return plane_finished(figure, [entries], note)
 
 
-def _pixels(axes: Axes, raster: Raster, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _pixels(drawing: HeatMaps, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Some cells, of shape (len(y), len(x)), on a grid over the panel: from left to right, and upwards in a column."""
-    place = []
-    for values, limits in ((raster.x, axes.get_xlim()), (raster.y, axes.get_ylim())):
-        order, edges = np.argsort(values), _edges(np.sort(values))
-        middles = limits[0] + (limits[1] - limits[0]) * (np.arange(PIXELS) + 0.5) / PIXELS
-        place.append(order[np.clip(np.searchsorted(edges, middles) - 1, 0, len(values) - 1)])
+    raster, place = drawing.raster, []
+    middles = drawing.plane.centres((PIXELS, PIXELS))
+    for values, edges, at in zip((raster.x, raster.y), raster.edges, middles, strict=True):
+        cell = np.clip(np.searchsorted(edges, at) - 1, 0, len(values) - 1)
+        place.append(np.argsort(values)[cell])
     return np.asarray(cells[np.ix_(place[1], place[0])].T)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from msgspec import Struct
 
-from vireport.map.cells.cells import Floats, MapPlan, axis_ends
-from vireport.map.chart.chart import chart
-from vireport.map.chart.plane import Plane
+from vireport.design.plane import Plane
+from vireport.map.cells.cells import Floats, MapPlan
+from vireport.map.chart.chart import loci_over
+from vireport.map.chart.plane import DevicePlane
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.sweep import Sweep
@@ -23,22 +24,21 @@ class DrawnLocus(Struct, frozen=True, eq=False):
     points: Floats
 
 
-def loci_of(plan: MapPlan) -> tuple[DrawnLocus, ...]:
+def loci_of(plan: MapPlan, plane: Plane) -> tuple[DrawnLocus, ...]:
     """Every curve on a map over two parameters, of a grid.
 
     The ball's mass has no part in the motions: over it, curves are straight.
     """
-    low, high = np.array([axis_ends(axis) for axis in plan.axes]).T
-    inputs = [next((varied for varied in DesignInput if varied.value == name), None) for name in plan.names]
-    at = {varied: value for varied, value in zip(inputs, low.tolist(), strict=True) if varied is not None}
+    low, high = plane.low, plane.high
+    at = {name: value for name, value in zip(plan.names, low.tolist(), strict=True) if name != "ball_mass_kg"}
     device = plan.device.with_values(at)
-    first, second = inputs
-    if DesignInput.RESTITUTION in inputs and first in RESTITUTIONS and second in RESTITUTIONS:
-        return ()  # the inputs overlap: a restitution of both is no place beside that of one
-    if first is not None and second is not None:
-        drawn = chart(Plane(device, (first, second), low, high), Limits(2, device.period_ratio), cuts=0)
+    first, second = plane.inputs
+    if isinstance(first, DesignInput) and isinstance(second, DesignInput):
+        if DesignInput.RESTITUTION in plane.inputs and first in RESTITUTIONS and second in RESTITUTIONS:
+            return ()  # the inputs overlap: a restitution of both is no place beside that of one
+        drawn = loci_over(DevicePlane((first, second), low, high, device), Limits(2, device.period_ratio), cuts=0)
         return tuple(DrawnLocus(locus.event, locus.drawn()) for locus in drawn.loci)
-    k = inputs.index(None)
+    k = int(isinstance(first, DesignInput))
     parameter = next((varied for varied in DRIVING if varied.value == plan.names[1 - k]), None)
     if parameter is None:
         return ()

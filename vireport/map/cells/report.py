@@ -1,31 +1,23 @@
-"""What the templates of the report of a map know: its design point, what the cells hold, the figures, the columns."""
+"""What the page of a map of cells knows: what they hold, where quantities are largest, the columns of its file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 from msgspec import Struct
 
 from vireport.map.cells.cells import MapPlan
-from vireport.map.cells.design import MapDesign
 from vireport.map.cells.evaluation import schema_of
+from vireport.map.cells.figures import outcomes_of
 from vireport.map.cells.findings import MapFindings
+from vireport.map.design import MapDesign
+from vireport.map.report import MapReport
 from vireport.motions.stability import STABILITIES, Stability
-from vireport.scenario.loading import LoadedMap
-from vireport.study.judging.alerts import Alert
+from vireport.scenario.parameters import Named
 from vireport.study.judging.opening import Opening, Statement, WordedOpening
 from vireport.study.judging.verdict import Status
-from vireport.study.provenance import Provenance
-from vireport.text.formatting import OF_A_MODEL, Exactness, subtitle
 from vireport.text.said import words_of
-from vireport.text.templates import Words
-
-if TYPE_CHECKING:
-    from vireport.design.margins import Margin
-    from vireport.figures.style import Picture
 
 _said = words_of("map")
 
@@ -38,38 +30,30 @@ class MapColumn(Struct, frozen=True):
     unit: str
 
 
-class MapReport(Struct, frozen=True, eq=False, dict=True):
-    """The object `report` of the templates of `vireport map`.
+class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
+    """The object `report` of the templates of `vireport map` of a map file.
 
     Attributes
     ----------
     plan : MapPlan
-    loaded : LoadedMap
-        The map file.
-    found : MapFindings
+    findings : MapFindings
     design : MapDesign or None
     digest : str
         SHA-256 of the finished map.
-    pictures : mapping of str to Picture
-    provenance : Provenance
-    templates : Path, optional
-        A folder whose templates come before ours.
     """
 
     plan: MapPlan
-    loaded: LoadedMap
-    found: MapFindings
+    findings: MapFindings
     design: MapDesign | None
     digest: str
-    pictures: Mapping[str, Picture]
-    provenance: Provenance
-    templates: Path | None = None
-    template: str = "map.typ.j2"
+
+    words: ClassVar[str] = "map"
+    section: ClassVar[str] = "sections/cells.typ.j2"
 
     @property
-    def title(self) -> str:
-        """That of the map file, "" where it has none."""
-        return self.loaded.scenario.title or ""
+    def axes(self) -> tuple[Named, ...]:
+        """The axes of the map."""
+        return self.plan.named
 
     @property
     def heading(self) -> str:
@@ -77,63 +61,38 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         return self.say("over", self.plan)
 
     @property
-    def subtitle(self) -> str:
-        """Title and name of the map file."""
-        return subtitle(self.title, self.provenance.scenario_name)
-
-    def say(self, macro: str, *values: Any) -> str:
-        """What a macro of the words of maps says."""
-        return Words("map", self.templates)(macro, *values)
+    def motion_name(self) -> str:
+        """That of 1:1 motions, of which alone cells are, where one is stable at the design point."""
+        design = None if self.design is None or self.design.study is None else self.design.study.solution.design
+        return self.say("motion_name") if design is not None and design.motions.stable_mask.any() else ""
 
     @cached_property
     def verdict(self) -> WordedOpening:
         """That of a run of the design point; without one, what the cells hold."""
-        if self.design is not None:
+        if self.design is not None and self.design.study is not None:
             return self.design.study.opening.worded(self.templates)
-        missed = (_said("sentence", _said("missed", self.found)),) if self.found.missed else ()
-        bullets = (_said("only_unstable", self.found), *missed, _said("give_design"))
+        findings = self.findings
+        missed = (_said("sentence", _said("missed", findings)),) if findings.missed else ()
+        bullets = (_said("only_unstable", findings), *missed, _said("give_design"))
         facts = tuple(Statement(Status.NEUTRAL, fact) for fact in bullets)
-        headline = _said("headline", self.plan, self.found)
+        headline = _said("headline", self.plan, findings)
         return Opening(Status.NEUTRAL, _said("word"), headline, facts).worded(self.templates)
-
-    @property
-    def exactness(self) -> Exactness:
-        """How exact all numbers are: as those of the run of the design point."""
-        return OF_A_MODEL if self.design is None else self.design.study.evidence.exactness
-
-    @property
-    def alerts(self) -> tuple[Alert, ...]:
-        """What must be known of the design point, as a run says it."""
-        return () if self.design is None else self.design.study.alerts
-
-    @cached_property
-    def ends(self) -> list[tuple[int, Margin]]:
-        """Along which axis the motion of the design point ends, and its margin; those of one axis together."""
-        ends = () if self.design is None else self.design.ends(self.plan.names)
-        return sorted(ends, key=lambda end: (end[0], end[1].distance))
 
     @property
     def types(self) -> list[tuple[Stability | None, int]]:
         """Cells by the type of their motion."""
-        return [(kind, self.found.stability[kind]) for kind in (*STABILITIES, None)]
+        return [(kind, self.findings.stability[kind]) for kind in (*STABILITIES, None)]
 
     @property
     def outcomes(self) -> list[tuple[str, int]]:
         """What cells come to from rest, and how many do."""
-        from vireport.map.cells.figures import outcomes_of
-
-        return outcomes_of(self.found)
+        return outcomes_of(self.findings)
 
     @property
     def columns(self) -> list[MapColumn]:
         """The columns of the finished map."""
         units = [((field.metadata or {}).get(b"unit", b"").decode(), field) for field in schema_of(self.plan)]
         return [MapColumn(field.name, _plain_type(field.type), unit) for unit, field in units]
-
-    @property
-    def listing(self) -> str:
-        """The map file as given."""
-        return self.loaded.text
 
 
 def _plain_type(kind: Any) -> str:

@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING
 from vireport.base.errors import NumericalError, install_command
 from vireport.base.files import write_files
 from vireport.map.cells.cells import MapPlan, map_plan
-from vireport.motions.stability import STABILITIES
+from vireport.map.outputs import MapOutput, page_files
 from vireport.scenario.loading import Overrides, load_map
-from vireport.text.formatting import percent
+from vireport.text.templates import Words
 
 if TYPE_CHECKING:
-    from vireport.map.cells.outputs import MapOutput
-    from vireport.map.cells.store import StabilityCounts
     from vireport.map.cells.workers import CellProgress
 
 
@@ -75,22 +73,25 @@ def run_map(
     rejected: list[str] = []
     with map_store.opened(store):
         # A map that is finished is only drawn again.
-        counts = map_store.finished_counts(store, rejected)
-        if counts is None:
+        if not map_store.is_finished(store, rejected):
             complete(store, scheduler, workers or cores(), progress or (lambda done, total: None), rejected)
             with map_store.writing(folder):
-                counts = map_store.merge(store, rejected)
+                map_store.merge(store, rejected)
         map_store.remove_chunks(store)
         if not draw:
-            return "\n".join([*rejected, _counted(plan, counts), _written([store.result])])
-        from vireport.map.cells import outputs
+            from vireport.map.cells.findings import findings_of
 
-        report = outputs.report_of(store, loaded, design, output or outputs.MapOutput())
-        files = outputs.files(report, output or outputs.MapOutput())
+            counted = Words("map")("counted", plan, findings_of(plan, store.result))
+            return "\n".join([*rejected, counted, _written([store.result])])
+        from vireport.map.cells.outputs import report_of
+
+        output = output or MapOutput()
+        report = report_of(store, loaded, design, output)
+        files = page_files(report, output)
         with map_store.writing(folder):
             write_files(folder, files)
     # Of cells beside a design point the page has the counts.
-    note = "" if plan.is_plane else "; heat maps are drawn of a grid over two parameters"
+    note = "" if plan.plane is not None else "; heat maps are drawn of a grid over two parameters"
     written = _written([store.result, *(folder / name for name in files)])
     return "\n".join([*rejected, *report.verdict.lines, written + note])
 
@@ -106,15 +107,6 @@ def _require_packages(plan: MapPlan) -> None:
 def cores() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _counted(plan: MapPlan, counts: StabilityCounts) -> str:
-    stable = sum(counts[word] for word in STABILITIES if word.attracts)
-    shares = [percent(part / plan.cells) for part in (stable, counts["unstable node"], counts[None])]
-    return (
-        f"{plan.cells:,} cells ({' x '.join(plan.names)}): {shares[0]} with a stable 1:1 motion, {shares[1]} with an "
-        f"unstable one only, {shares[2]} with none"
-    )
 
 
 def _written(files: list[Path]) -> str:

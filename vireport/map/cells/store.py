@@ -15,7 +15,6 @@ import os
 import re
 import shutil
 import stat
-from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import chain
@@ -61,9 +60,6 @@ SAMPLE = 1024
 
 SIMULATED_BYTES, FROM_REST_BYTES, SHOCK_BYTES = 9, 12, 16
 """Sizes in that estimate of what is simulated in a cell: a share, or numbers, and words that recur."""
-
-StabilityCounts = Counter[str | None]
-"""Cells by the type of their motion; None where there is no motion."""
 
 
 class Identity(Struct, frozen=True):
@@ -296,8 +292,8 @@ def _refuse_other_map(store: Store, identities: list[Identity]) -> None:
             )
 
 
-def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None:
-    """What the finished map holds; None where there is none, or it is damaged, which is added to `rejected`.
+def is_finished(store: Store, rejected: list[str]) -> bool:
+    """Whether there is the finished map; one that is damaged, or of other versions, is added to `rejected`.
 
     Raises
     ------
@@ -305,7 +301,7 @@ def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None
         Where there is a file of that name which is another map, or may be none at all.
     """
     if not store.result.exists():
-        return None
+        return False
     if not store.digest.exists():
         raise UsageError(
             f"{store.result}: is no map, or its digest {DIGEST} is missing (delete it, or name another folder "
@@ -313,13 +309,15 @@ def finished_counts(store: Store, rejected: list[str]) -> StabilityCounts | None
         )
     if store.digest.read_bytes() != _digest_of(store.result):
         rejected.append(f"{store.result} is damaged: computed again")
-        return None
+        return False
     try:
-        return _counted(store, store.result)
+        with open(store.result, "rb") as finished, pq.ParquetFile(finished) as file:
+            _require_identity(file, store.identity())
     except RejectedFileError as error:
         _refuse_other_map(store, [error.identity] if error.identity else [])
         rejected.append(f"{store.result} {error}: computed again")
-        return None
+        return False
+    return True
 
 
 def _digest_of(path: Path) -> bytes:
@@ -328,25 +326,8 @@ def _digest_of(path: Path) -> bytes:
         return f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {RESULT}\n".encode()
 
 
-def _counted(store: Store, path: Path) -> StabilityCounts:
-    """Count the cells of the whole map by the type of their motion."""
-    counts: StabilityCounts = Counter()
-    with open(path, "rb") as finished, pq.ParquetFile(finished) as file:
-        _require_identity(file, store.identity())
-        for group in range(file.num_row_groups):
-            for pair in file.read_row_group(group, ["stability"]).column(0).value_counts().to_pylist():
-                counts[pair["values"]] += pair["counts"]
-    return counts
-
-
-def merge(store: Store, rejected: list[str]) -> StabilityCounts:
-    """Put the chunks together as the finished map, with its digest.
-
-    Returns
-    -------
-    Counter
-        Cells by the type of their motion.
-    """
+def merge(store: Store, rejected: list[str]) -> None:
+    """Put the chunks together as the finished map, with its digest."""
     unfinished = store.folder / UNFINISHED
     metadata = store.identity().metadata() | {b"map": store.text.encode()}
     try:
@@ -357,13 +338,11 @@ def merge(store: Store, rejected: list[str]) -> StabilityCounts:
             # Without it a power failure after the rename could leave the name with an empty file, and the chunks are
             # removed next.
             os.fsync(file.fileno())
-        counts = _counted(store, unfinished)
         # The digest comes first: a map without one may be a file of the user's, and is not replaced.
         write_whole(store.digest, _digest_of(unfinished))
         os.replace(unfinished, store.result)
     finally:
         unfinished.unlink(missing_ok=True)
-    return counts
 
 
 def remove_chunks(store: Store) -> None:

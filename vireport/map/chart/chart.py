@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
-from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -21,7 +20,7 @@ from vireport.map.chart.network import (
     LocusStart,
     Network,
 )
-from vireport.map.chart.plane import Cut, Plane, Stable, StraightSweep, straight_sweeps
+from vireport.map.chart.plane import Cut, DevicePlane, Stable, StraightSweep, straight_sweeps
 from vireport.map.chart.regions import NarrowBand, Regions, narrow_bands, pieces, regions_of
 from vireport.motions.atlas.exclusion import FINE
 from vireport.motions.atlas.families import SearchEffort, atlas
@@ -38,11 +37,6 @@ from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS, FLOATS
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
-from vireport.text.formatting import OF_A_MODEL, Exactness
-
-if TYPE_CHECKING:
-    from vireport.study.judging.alerts import Alert
-    from vireport.study.study import Study
 
 CUTS, SOLVED_CUTS = 3, 16
 """Sweeps across the plane along each input, on which loci are looked for: of all motions, and of 1:1 motions, which are
@@ -76,63 +70,24 @@ class ChartStart(Struct, frozen=True):
     inputs: tuple[float, float]
 
 
-class Chart(Struct, frozen=True, eq=False):
+class PlaneLoci(Struct, frozen=True, eq=False):
     """Loci in a plane, the points where they meet, and what is stable along some sweeps across it.
 
     Attributes
     ----------
-    plane : Plane
+    plane : DevicePlane
     limits : Limits
         Of the motions.
     loci : tuple of FollowedLocus
     meetings : tuple of Meeting
     cuts : tuple of Cut
-    regions : Regions or None
-        What is stable between the loci; None where that was not asked for, see `with_regions`.
-    design : ChartedDesign or None
-        None where the scenario has no design point in the plane.
-    off : tuple of (float, float)
-        The tolerance of each input, in its unit and in per cent; zeros where none is told.
-    run : Study or None
-        What a run finds of the design point by itself; None where there is none.
     """
 
-    plane: Plane
+    plane: DevicePlane
     limits: Limits
     loci: tuple[FollowedLocus, ...]
     meetings: tuple[Meeting, ...]
     cuts: tuple[Cut, ...]
-    regions: Regions | None = None
-    design: ChartedDesign | None = None
-    off: tuple[tuple[float, float], tuple[float, float]] = NO_TOLERANCE, NO_TOLERANCE
-    run: Study | None = None
-
-    @property
-    def alerts(self) -> tuple[Alert, ...]:
-        """Those of the run of the design point."""
-        return () if self.run is None else self.run.alerts
-
-    @property
-    def exactness(self) -> Exactness:
-        """How exact the numbers are: as those of the run of the design point."""
-        return OF_A_MODEL if self.run is None else self.run.evidence.exactness
-
-    @property
-    def narrow(self) -> tuple[NarrowBand, ...]:
-        """Words that are stable in bands which the regions do not show."""
-        return () if self.regions is None else narrow_bands(self.regions, self.cuts, self.off)
-
-    @property
-    def unmeasured(self) -> tuple[str, ...]:
-        """Words of motions that end on loci, and are stable neither in a region nor in a band that a sweep crosses."""
-        if self.regions is None:
-            return ()
-        measured_words = {band.word for band in self.narrow}
-        measured_words |= {letters for region in self.regions.every for _, letters, *_ in region.kinds or ()}
-        bounds = (pieces(locus)[1] for locus in self.loci)
-        pairs = zip(self.loci, bounds, self.regions.edges, strict=True)
-        hidden = {locus.word for locus, locus_kinds, edges in pairs if (locus_kinds & ~edges).any()}
-        return tuple(sorted(hidden - measured_words, key=lambda word: (len(word), word)))
 
     @property
     def not_followed(self) -> int:
@@ -141,18 +96,50 @@ class Chart(Struct, frozen=True, eq=False):
         return sum(self.plane.room(p) > AT_EDGE for p in lost)
 
 
-def chart(
-    plane: Plane,
+class Chart(PlaneLoci, frozen=True, eq=False):
+    """Loci in a plane with what is stable between them, and the design point there.
+
+    Attributes
+    ----------
+    regions : Regions
+    design : ChartedDesign or None
+        None where the scenario has no design point in the plane.
+    tolerances : tuple of (float, float)
+        That of each input, in its unit and in per cent; zeros where none is stated.
+    """
+
+    regions: Regions
+    design: ChartedDesign | None = None
+    tolerances: tuple[tuple[float, float], tuple[float, float]] = NO_TOLERANCE, NO_TOLERANCE
+
+    @property
+    def narrow(self) -> tuple[NarrowBand, ...]:
+        """Words that are stable in bands which the regions do not show."""
+        return narrow_bands(self.regions, self.cuts, self.tolerances)
+
+    @property
+    def unmeasured(self) -> tuple[str, ...]:
+        """Words of motions that end on loci, and are stable neither in a region nor in a band that a sweep crosses."""
+        measured_words = {band.word for band in self.narrow}
+        measured_words |= {letters for region in self.regions.every for _, letters, *_ in region.kinds or ()}
+        bounds = (pieces(locus)[1] for locus in self.loci)
+        pairs = zip(self.loci, bounds, self.regions.edges, strict=True)
+        hidden = {locus.word for locus, locus_kinds, edges in pairs if (locus_kinds & ~edges).any()}
+        return tuple(sorted(hidden - measured_words, key=lambda word: (len(word), word)))
+
+
+def loci_over(
+    plane: DevicePlane,
     limits: Limits,
     progress: Progress = lambda what: None,
     cuts: int = CUTS,
     starts: Sequence[ChartStart] = (),
-) -> Chart:
+) -> PlaneLoci:
     """Find the loci of the events of motions in a plane, and the points of codimension two.
 
     Parameters
     ----------
-    plane : Plane
+    plane : DevicePlane
     limits : Limits
         Of the motions.
     progress : callable
@@ -190,15 +177,15 @@ def chart(
             for start in _starts(families, line):
                 progress(f"loci of {start.motion.word.letters}")
                 network.explore(start)
-    return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
+    return PlaneLoci(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
 
 
-def with_regions(drawn: Chart, device: Device, progress: Progress = lambda what: None) -> Chart:
-    """A chart with what is stable in each of its regions, and with a device as its design point.
+def with_regions(drawn: PlaneLoci, device: Device, progress: Progress = lambda what: None) -> Chart:
+    """Find what is stable in each of the regions between loci, and the margins of a device as the design point.
 
     Parameters
     ----------
-    drawn : Chart
+    drawn : PlaneLoci
     device : Device
         Of the scenario: a value that it does not have is that of no design point.
     progress : callable
@@ -206,7 +193,8 @@ def with_regions(drawn: Chart, device: Device, progress: Progress = lambda what:
     """
     regions = regions_of(drawn.plane, drawn.limits, drawn.loci, portion(progress, 0.0, REGIONS_SHARE))
     progress(WorkStep("margins of the design point", REGIONS_SHARE))
-    return replace(drawn, regions=regions, design=charted_design(device, drawn.plane, drawn.limits))
+    design = charted_design(device, drawn.plane, drawn.limits)
+    return Chart(drawn.plane, drawn.limits, drawn.loci, drawn.meetings, drawn.cuts, regions, design)
 
 
 def _given(line: StraightSweep, start: ChartStart) -> list[Motion]:
@@ -223,8 +211,8 @@ def _given(line: StraightSweep, start: ChartStart) -> list[Motion]:
     return motions
 
 
-def _between_restitutions(plane: Plane, word: Word, progress: Progress) -> Chart:
-    """The chart of the 1:1 motions of a plane across which there are no sweeps."""
+def _between_restitutions(plane: DevicePlane, word: Word, progress: Progress) -> PlaneLoci:
+    """The loci of the 1:1 motions of a plane across which there are no sweeps."""
     limits, crossed = Limits(len(word), word.periods), []
     network = Network(plane, limits, word)
     lines = list(straight_sweeps(plane, LINES))
@@ -236,13 +224,13 @@ def _between_restitutions(plane: Plane, word: Word, progress: Progress) -> Chart
         ends = plane.low[line.varied], plane.high[line.varied]
         places = sorted({*map(float, ends), *(float(start.inputs[line.varied]) for start in starts)})
         crossed.append(Cut(line, tuple(_stable_between(line, low, high) for low, high in pairwise(places))))
-    return Chart(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
+    return PlaneLoci(plane, limits, tuple(network.loci), tuple(network.meetings), tuple(crossed))
 
 
 def _followed_starts(line: StraightSweep, word: Word) -> Iterator[LocusStart]:
     """What happens to the 1:1 motions along a line: those of some devices on it, which are all known, are followed."""
     k, plane = line.varied, line.plane
-    for value in line.stations(STATIONS):
+    for value in plane.centres((STATIONS, STATIONS))[k].tolist():
         device = plane.device_at(line.inputs(value).tolist())
         moved = model_on_line(line_of(plane.inputs[k], device), device, FLOATS)
         low, high = float(plane.low[k]) - value, float(plane.high[k]) - value

@@ -18,22 +18,18 @@ from numpy.typing import NDArray
 
 from vireport.figures.alongside import Paper, around
 from vireport.figures.captions import held_by
-from vireport.figures.layout import Entry, blank, finished, panel_size, round_ticks
-from vireport.figures.planes import DESIGN, mark_design
+from vireport.figures.layout import Entry
 from vireport.figures.style import FILLS, LOCI, Color, Look, Picture, sheet, style
 from vireport.map.chart.chart import Chart
-from vireport.map.chart.design import ChartMargin
-from vireport.map.chart.regions import PIXELS, Kinds, RegionSet, block, pieces
-from vireport.map.chart.words import Naming, naming, words_given
+from vireport.map.chart.opening import design_ends
+from vireport.map.chart.regions import PIXELS, Kinds, Regions, RegionSet, block, pieces
+from vireport.map.chart.words import Naming, naming
+from vireport.map.figure import mark_on_plane, paper_of, plane_finished, plane_panel
 from vireport.motions.events import Event
-from vireport.text.formatting import ROUGHLY
 from vireport.text.templates import Words
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-HEIGHT = 4.1
-"""Height of the panel with its axes, at the width of a report's figures [in]."""
 
 SMOOTH = 0.7
 """How far [pixels] the outline of a region may be from its pixels."""
@@ -70,54 +66,49 @@ Colored = tuple[tuple[RegionSet, str | None], ...]
 
 def colored(chart: Chart) -> Colored:
     """The sets of regions of a chart with their colours."""
-    colors, sets = iter(FILLS), chart.regions.sets if chart.regions is not None else ()
+    colors = iter(FILLS)
     return tuple(
         (region_set, next(colors, OTHER_SETS) if region_set.kinds else OTHER_SETS if region_set.kinds is None else None)
-        for region_set in sets
+        for region_set in chart.regions.sets
     )
 
 
 def picture(chart: Chart, templates: FilePath | None = None) -> Picture:
     """Draw the figure of a chart, with its words."""
     said = Words("chart", templates)
-    words = words_given(chart, naming(chart, templates))
-    caption = said("caption", words, held_by(chart.plane.device, chart.plane.inputs))
+    named = naming(chart, templates)
+    caption = said("caption", chart, bool(named.ambiguous), held_by(chart.plane.device, chart.plane.inputs))
     if not sheet().headed:  # a paper has no table of the bands
         caption = f"{caption} {said('narrow_note', chart.narrow, chart.unmeasured, chart.plane.inputs)}".rstrip()
-    return Picture("figure-chart", said("title"), caption, said("alt", words), _drawn(chart, templates))
+    shares = [said("share", named.long(part.kinds, chart.limits), part.share) for part in chart.regions.sets]
+    ends = [end.said.words(templates) for end in design_ends(chart, named)]
+    alt = said("alt", chart.plane, shares, ends)
+    return Picture("figure-chart", said("title"), caption, alt, _drawn(chart, templates))
 
 
 def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
-    plane, named, colors = chart.plane, naming(chart, templates), colored(chart)
+    plane, named, colors, said = chart.plane, naming(chart, templates), colored(chart), Words("chart", templates)
     with style():
-        figure, ((axes,),) = blank(1)
-        axes.set(xlim=(plane.low[0], plane.high[0]), ylim=(plane.low[1], plane.high[1]))
-        width, height = sheet().across, HEIGHT * min(1.0, sheet().width / 5)
-        for axis, k, room in ((axes.xaxis, 0, width), (axes.yaxis, 1, height)):
-            varied = plane.inputs[k]
-            axis.set_ticks(*round_ticks(float(plane.low[k]), float(plane.high[k]), room))
-            axis.set_label_text(varied.label)
-        _fill(axes, chart, colors)
-        paper, said = Paper(axes, panel_size(axes, height)), Words("chart", templates)
+        figure, axes = plane_panel(plane)
+        _fill(axes, chart.regions, colors)
+        paper = paper_of(axes)
         _draw_curves(paper, chart)
         points = _numbered(chart)
         axes.add_artist(Line2D(*points.T, **MEETING))
-        marked = _design(paper, chart, said)
+        marked = mark_on_plane(paper, plane, chart.design, Words("map", templates))
         areas = _names(paper, chart, colors, named, said)
         curves = _named_curves(paper, chart)
         if sheet().headed:
             for number, point in zip(_numbers(chart), points, strict=True):
                 paper.write(str(number), around(paper.inches(point), str(number)))
-        names, bands = _legend(chart, colors, named, said, (areas, curves, marked))
+        names, bands = _legend(chart, colors, named, said, areas, curves)
         # In one line where there is room.
-        return finished(figure, height, [], [[*names, *bands]] if sheet().headed else [names, bands])
+        legends = [[*names, *marked, *bands]] if sheet().headed else [[*names, *marked], bands]
+        return plane_finished(figure, legends)
 
 
-def _fill(axes: Axes, chart: Chart, colors: Colored) -> None:
+def _fill(axes: Axes, regions: Regions, colors: Colored) -> None:
     """Colour the regions."""
-    regions = chart.regions
-    if regions is None:
-        return
     # Beyond the frame, which cuts it, the outermost pixels go on.
     at = np.arange(-0.5, PIXELS + 1)
     for region_set, color in colors:
@@ -146,7 +137,7 @@ def _smoothed(loop: Floats) -> Path:
 
 def _draw_curves(paper: Paper, chart: Chart) -> None:
     """Draw the loci."""
-    for locus, edges in zip(chart.loci, _edges(chart), strict=True):
+    for locus, edges in zip(chart.loci, chart.regions.edges, strict=True):
         points, bounds = pieces(locus)
         for part, look, thin in ((edges, LOCI[locus.event][1] | EDGE, False), (bounds & ~edges, BAND, True)):
             for rows in _runs(part):
@@ -160,14 +151,14 @@ def _named_curves(paper: Paper, chart: Chart) -> set[Event]:
     A curve without a clear place has none: others of its look have.
     """
     candidates: list[tuple[float, str, Floats, Event]] = []
-    for locus, edges in zip(chart.loci, _edges(chart), strict=True):
+    for locus, edges in zip(chart.loci, chart.regions.edges, strict=True):
         points = pieces(locus)[0]
         for rows in _runs(edges):
             length = float(np.hypot(*np.diff(paper.inches(points[rows]), axis=0).T).sum())
             candidates.append((length, f"{locus.event.words} of {locus.word}", points[rows], locus.event))
     named_words: set[str] = set()
     events: set[Event] = set()
-    for length, text, points, event in sorted(candidates, key=lambda each: -each[0]):
+    for length, text, points, event in sorted(candidates, key=lambda candidate: -candidate[0]):
         if text in named_words or length < SHORT * len(text) * sheet().letter:
             continue
         color = Color.WARNING if event is Event.FOLD else Color.BLACK
@@ -175,11 +166,6 @@ def _named_curves(paper: Paper, chart: Chart) -> set[Event]:
             named_words.add(text)
             events.add(event)
     return events
-
-
-def _edges(chart: Chart) -> list[Mask]:
-    """Of each locus the pieces on whose two sides what is stable differs, as far as regions are known."""
-    return [pieces(locus)[1] for locus in chart.loci] if chart.regions is None else list(chart.regions.edges)
 
 
 def _runs(part: Mask) -> Iterator[slice]:
@@ -192,8 +178,6 @@ def _runs(part: Mask) -> Iterator[slice]:
 def _names(paper: Paper, chart: Chart, colors: Colored, named: Naming, said: Words) -> set[Kinds | None]:
     """Write what is stable in each part of the plane that has room; what has a name."""
     regions = chart.regions
-    if regions is None:
-        return set()
     parted = np.ones((PIXELS, PIXELS), dtype=bool)
     for locus, edges in zip(chart.loci, regions.edges, strict=True):
         block(parted, regions.plane.shares(pieces(locus)[0]), edges)
@@ -209,24 +193,9 @@ def _names(paper: Paper, chart: Chart, colors: Colored, named: Naming, said: Wor
     }
 
 
-def _design(paper: Paper, chart: Chart, said: Words) -> bool:
-    """Draw the design point with the nearer margin along each input; whether its name has a place."""
-    design = chart.design
-    if design is None:
-        return True
-    nearest = [margin for varied in (0, 1) if (margin := design.nearest(varied)) is not None]
-    ends = mark_design(paper.axes, design.inputs, [(margin.varied, margin.value) for margin in nearest])
-    return paper.mark(design.inputs, ends, [margin_text(chart, margin) for margin in nearest], said("design_point"))
-
-
-def margin_text(chart: Chart, margin: ChartMargin) -> str:
-    """A margin with its sign and unit."""
-    return chart.plane.inputs[margin.varied].signed(margin.distance, ROUGHLY)
-
-
 def _numbers(chart: Chart) -> list[int]:
     """The numbers in the table of the points where curves meet on which regions end."""
-    on = [pieces(locus)[0][:-1][edges] for locus, edges in zip(chart.loci, _edges(chart), strict=True)]
+    on = [pieces(locus)[0][:-1][edges] for locus, edges in zip(chart.loci, chart.regions.edges, strict=True)]
     ends = np.concatenate([np.empty((0, 2)), *on])
     return [
         number
@@ -239,15 +208,10 @@ def _numbered(chart: Chart) -> Floats:
     return np.array([chart.meetings[number - 1].inputs for number in _numbers(chart)]).reshape(-1, 2)
 
 
-Told = tuple[set[Kinds | None], set[Event], bool]
-"""What has a name in the figure: regions, curves, the design point."""
-
-
 def _legend(
-    chart: Chart, colors: Colored, named: Naming, said: Words, statement: Told
+    chart: Chart, colors: Colored, named: Naming, said: Words, areas: set[Kinds | None], events: set[Event]
 ) -> tuple[list[Entry], list[Entry]]:
-    """What colours, curves and marks mean that have no name in the figure, and the thin lines."""
-    areas, events, marked = statement
+    """What colours, curves and marks mean but for areas and events with a name in the figure, and the thin lines."""
     unnamed = [(region_set, color) for region_set, color in colors if region_set.kinds not in areas]
     entries: list[Entry] = [
         (named.long(region_set.kinds, chart.limits), AREA | {"markerfacecolor": color or Color.WHITE})
@@ -256,15 +220,11 @@ def _legend(
     ]
     if any(color == OTHER_SETS for _, color in unnamed):
         entries.append((said("others", sheet().headed), AREA | {"markerfacecolor": OTHER_SETS}))
-    pairs = list(zip(chart.loci, [pieces(locus)[1] for locus in chart.loci], _edges(chart), strict=True))
-    drawn = {locus.event for locus, _, edge in pairs if edge.any()}
+    bounds = [pieces(locus)[1] for locus in chart.loci]
+    drawn = {locus.event for locus, edge in zip(chart.loci, chart.regions.edges, strict=True) if edge.any()}
     entries += [(name, EDGE | look) for kind, (name, look) in LOCI.items() if kind in drawn and kind not in events]
-    words = list(dict.fromkeys([*(band.word for band in chart.narrow), *chart.unmeasured]))
-    bands: list[Entry] = (
-        [(said("band", words), BAND)] if any((region_set & ~edge).any() for _, region_set, edge in pairs) else []
-    )
     if _numbers(chart):
         entries.append((said("meeting", sheet().headed), MEETING))
-    if not marked:
-        entries.append((said("design_point"), DESIGN | {"markersize": 6.0}))
-    return entries, bands
+    words = list(dict.fromkeys([*(band.word for band in chart.narrow), *chart.unmeasured]))
+    hidden = any((ending & ~edge).any() for ending, edge in zip(bounds, chart.regions.edges, strict=True))
+    return entries, [(said("band", words), BAND)] if hidden else []

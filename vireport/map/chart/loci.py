@@ -14,7 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.map.chart.plane import Plane
+from vireport.map.chart.plane import DevicePlane
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.paths import RANK, STEEPEST, Arc, Path, PathPoint
@@ -50,7 +50,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
     half of their impacts is the mirror image of the first.
     """
 
-    plane: Plane
+    plane: DevicePlane
     condition: Condition
     first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
 
@@ -84,7 +84,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
         value, gradient = self.condition.linearised(self.word, x, inputs.groups, inputs.gradients)
         return np.append(values, value), np.vstack([matrix, gradient]) * self.scale
 
-    def residuals(self, x: Sequence[Any], plane: Plane) -> list[Any]:
+    def residuals(self, x: Sequence[Any], plane: DevicePlane) -> list[Any]:
         """The conditions of the motion alone, in the kind of number of the plane."""
         values = residuals(self.word, x, plane, plane.ops)
         if self.condition.event is Event.PITCHFORK:

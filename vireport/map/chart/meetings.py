@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
 from vireport.map.chart.loci import Locus
-from vireport.map.chart.plane import Plane
+from vireport.map.chart.plane import DevicePlane
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.periodicity import linearised, residuals
@@ -60,7 +60,7 @@ class Meeting(Struct, frozen=True, eq=False):
         return self.motion.without_impacts(self.motion.rests).word.canonical().letters
 
 
-def meeting(plane: Plane, motion: Motion, p: Floats, events: tuple[Event, Event]) -> Meeting:
+def meeting(plane: DevicePlane, motion: Motion, p: Floats, events: tuple[Event, Event]) -> Meeting:
     """Solve for a point in decimals, with the conditions of the motion and of both events; else leave it as it is."""
     size, doubled = 2 * len(motion.word), events[1] is Event.DEGENERATE_DOUBLING
     guess = [*motion.velocity.tolist(), *motion.time.tolist(), *p.tolist()]
@@ -91,12 +91,12 @@ def _differences(function: Callable[[list[float]], list[float]], relative: tuple
     return np.array(columns).T
 
 
-MeetingConditions = Callable[[Plane, list[Any]], list[Any]]
+MeetingConditions = Callable[[DevicePlane, list[Any]], list[Any]]
 """What is zero at a point, in the kind of number of the plane."""
 
 
 def _conditions(
-    plane: Plane, motion: Motion, guess: list[float], events: tuple[Event, Event]
+    plane: DevicePlane, motion: Motion, guess: list[float], events: tuple[Event, Event]
 ) -> tuple[MeetingConditions, list[float]]:
     """The conditions of a point, and a guess of the unknowns that they have besides motion and inputs."""
     size, word = 2 * len(motion.word), motion.word
@@ -113,7 +113,7 @@ def _conditions(
     return partial(_at_grazing, motion, events[0]), []
 
 
-def _at_grazing(motion: Motion, event: Event, plane: Plane, x: list[Any]) -> list[Any]:
+def _at_grazing(motion: Motion, event: Event, plane: DevicePlane, x: list[Any]) -> list[Any]:
     """The conditions where a membrane is touched, and touched again or another event happens."""
     rests, place = motion.rests, 2 * len(motion.word)
     # Of a symmetric motion the touches of the second half are those of the first.
@@ -125,7 +125,7 @@ def _at_grazing(motion: Motion, event: Event, plane: Plane, x: list[Any]) -> lis
     return [*Locus(motion.word, plane, Condition(event)).residuals(x, plane), *values]
 
 
-def _at_cusp(word: Word, normal: Floats, plane: Plane, x: list[Any]) -> list[Any]:
+def _at_cusp(word: Word, normal: Floats, plane: DevicePlane, x: list[Any]) -> list[Any]:
     """The conditions of a motion and of its null vector, along which the trace does not change, by differences."""
     size, exact = 2 * len(word), plane.ops.exact
     at, way, p = x[:size], x[size + 2 :], x[size : size + 2]
@@ -140,7 +140,7 @@ def _at_cusp(word: Word, normal: Floats, plane: Plane, x: list[Any]) -> list[Any
     return [*residuals(word, [*at, *p], plane, plane.ops), *changes, length]
 
 
-def _at_degenerate(word: Word, normal: Floats, plane: Plane, x: list[Any]) -> list[Any]:
+def _at_degenerate(word: Word, normal: Floats, plane: DevicePlane, x: list[Any]) -> list[Any]:
     """The conditions of motions that begin at a period doubling, with two amplitudes for the same inputs.
 
     The unknowns are mean and difference of the two periods of such a motion for an amplitude of zero, the difference

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.map.chart.loci import Locus
 from vireport.map.chart.meetings import Meeting, meeting
-from vireport.map.chart.plane import Plane
+from vireport.map.chart.plane import DevicePlane
 from vireport.motions.conditions import Condition
 from vireport.motions.events import Event
 from vireport.motions.paths import Arc, PathPoint, completed, follow
@@ -139,14 +139,14 @@ class Network(Struct):
 
     Attributes
     ----------
-    plane : Plane
+    plane : DevicePlane
     limits : Limits
         Of the motions.
     only : Sequence, optional
         Impacts that motions have with or without a touch, where no others are wanted.
     """
 
-    plane: Plane
+    plane: DevicePlane
     limits: Limits
     only: Word | None
     loci: list[FollowedLocus] = field(default_factory=list)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,79 +14,62 @@ from vireport.map.chart.chart import Chart
 from vireport.map.chart.design import ChartedDesign
 from vireport.map.chart.meetings import Meeting
 from vireport.map.chart.network import FollowedLocus
-from vireport.map.chart.plane import Plane
+from vireport.map.chart.opening import chart_opening
+from vireport.map.chart.plane import DevicePlane
 from vireport.map.chart.regions import ChartRegion, StableMotion
+from vireport.map.chart.report import ChartReport
 from vireport.map.chart.tables import points_table
+from vireport.map.chart.words import naming
+from vireport.map.design import alerts_of
+from vireport.map.outputs import MapOutput, drawn, page_files
 from vireport.motions.events import Event
 from vireport.physics.motion import Motion
 from vireport.scenario.loading import Loaded
 from vireport.study.judging.alerts import named_alerts
-from vireport.study.judging.opening import WordedOpening
-from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
-from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.plan import FIGURE_FORMATS, Task
+from vireport.study.provenance import Provenance
 from vireport.study.results import json_bytes
 from vireport.text.tables import Table, markdown_of, markdown_text, plain_text
+from vireport.text.templates import Words
 
-CHART_FILES = {
-    **page_and_figure_files(["figure-chart"]),
-    Task.JSON: ("chart.json",),
-    Task.MARKDOWN: ("chart.md",),
-}
-"""Files that a chart may be written to, by their formats."""
+if TYPE_CHECKING:
+    from vireport.figures.style import Picture
 
 
-def files(
-    chart: Chart,
-    loaded: Loaded,
-    formats: Collection[Task],
-    command: str,
-    templates: Path | None = None,
-    paper: str = "a4",
-    width_mm: float | None = None,
-) -> dict[str, bytes]:
+def files(chart: Chart, loaded: Loaded, output: MapOutput) -> dict[str, bytes]:
     """The files of a chart by their names; only what they need is imported.
 
     Parameters
     ----------
     chart : Chart
-        With its regions.
     loaded : Loaded
         The scenario.
-    formats : collection of Task
-        Among `CHART_FILES`.
-    command : str
-        For the record.
-    templates : Path, optional
-        A folder whose templates come before ours.
-    paper : str
-        Of the PDF: a4 or letter.
-    width_mm : float, optional
-        Of the figure, for a column of a paper.
+    output : MapOutput
+        With formats among those of `CHART_FILES`.
     """
-    provenance, contents, wanted = provenance_of(loaded, command), dict[str, bytes](), set(formats)
+    contents, wanted = dict[str, bytes](), {*output.formats}
     if wanted & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
-        from vireport.figures.style import Sheet, drawn_for
         from vireport.map.chart.figure import picture
-        from vireport.map.chart.report import ChartReport
-        from vireport.report.rendering import render_files
 
-        with drawn_for(Sheet.of(width_mm)):
-            drawn = picture(chart, templates)
-        origin = with_pages(provenance, drawn=True) if wanted & {Task.HTML, Task.PDF} else provenance
-        report = ChartReport(chart, loaded, {drawn.name: drawn}, origin, templates)
-        contents |= render_files(report, wanted, templates, paper)
+        contents |= page_files(report_of(chart, loaded, output, lambda: [picture(chart, output.templates)]), output)
     if Task.JSON in wanted:
-        contents["chart.json"] = chart_json(chart, provenance)
+        contents["chart.json"] = chart_json(chart, output.provenance(loaded, {}))
     if Task.MARKDOWN in wanted:
-        contents["chart.md"] = markdown(chart, templates).encode()
+        contents["chart.md"] = markdown(chart, output.templates).encode()
     return contents
+
+
+def report_of(
+    chart: Chart, loaded: Loaded, output: MapOutput, draw: Callable[[], Iterable[Picture]] = tuple
+) -> ChartReport:
+    """What the page of a chart knows, with the pictures that are drawn."""
+    pictures = drawn(output, draw)
+    return ChartReport(loaded, pictures, output.provenance(loaded, pictures), output.templates, chart=chart)
 
 
 def text(chart: Chart, templates: Path | None = None, tables: bool = False) -> str:
     """What a chart comes to, for a terminal: the answer, and with `tables` all that is known."""
-    opening = _opening(chart, templates)
-    if opening is None:
-        return plain_text(_parts(chart, templates)) + "\n"
+    opening = chart_opening(chart, naming(chart, templates)).worded(templates)
     facts = [fact for _, fact in opening.facts[1:]]
     rest = plain_text([*facts, *_parts(chart, templates)]) if tables else ""
     return "\n\n".join(filter(None, ("\n".join(opening.lines), rest))) + "\n"
@@ -94,30 +77,19 @@ def text(chart: Chart, templates: Path | None = None, tables: bool = False) -> s
 
 def markdown(chart: Chart, templates: Path | None = None) -> str:
     """What a chart comes to, in Markdown."""
-    opening = _opening(chart, templates)
-    answer = [] if opening is None else [opening.sentence, *(fact for _, fact in opening.facts)]
-    parts = [*answer, *_parts(chart, templates)]
+    opening = chart_opening(chart, naming(chart, templates)).worded(templates)
+    parts = [opening.sentence, *(fact for _, fact in opening.facts), *_parts(chart, templates)]
     said = "\n\n".join(markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in parts)
     return f"{said.rstrip()}\n"
 
 
-def _opening(chart: Chart, templates: Path | None) -> WordedOpening | None:
-    """What a chart opens with; None where its regions are not known."""
-    from vireport.map.chart.opening import chart_opening
-    from vireport.map.chart.words import naming
-
-    return None if chart.regions is None else chart_opening(chart, naming(chart, templates)).worded(templates)
-
-
 def _parts(chart: Chart, templates: Path | None) -> Iterator[str | Table]:
     """The alerts, what was found and what was not, and the points of codimension two."""
-    from vireport.text.templates import Words
-
-    if chart.alerts:
-        yield named_alerts(chart.alerts)
-    yield Words("chart", templates)("found", chart)
+    if alerts := alerts_of(chart.design):
+        yield named_alerts(alerts)
+    yield Words("chart", templates)("summary", chart)
     if chart.meetings:
-        yield points_table(chart)
+        yield points_table(chart, templates)
 
 
 def chart_json(chart: Chart, provenance: Provenance) -> bytes:
@@ -130,12 +102,9 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
                 for varied, low, high in zip(plane.inputs, plane.low, plane.high, strict=True)
             ],
             "limits": {"impacts": chart.limits.impacts, "periods": chart.limits.periods},
-            "loci": [
-                _locus(locus, chart.regions.edges[n] if chart.regions is not None else None)
-                for n, locus in enumerate(chart.loci)
-            ],
+            "loci": [_locus(locus, edges) for locus, edges in zip(chart.loci, chart.regions.edges, strict=True)],
             "points": [_point(point) for point in chart.meetings],
-            "regions": [_region(region) for region in chart.regions.every] if chart.regions is not None else [],
+            "regions": [_region(region) for region in chart.regions.every],
             "narrow_bands": [
                 {
                     "word": band.word,
@@ -147,7 +116,7 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
                 for band in chart.narrow
             ],
             "design_point": None if chart.design is None else _design(chart.design, plane),
-            "alerts": [alert.to_dict() for alert in chart.alerts],
+            "alerts": [alert.to_dict() for alert in alerts_of(chart.design)],
             "sweeps": [
                 {
                     "along": plane.inputs[cut.line.varied].value,
@@ -161,7 +130,7 @@ def chart_json(chart: Chart, provenance: Provenance) -> bytes:
     )
 
 
-def _locus(locus: FollowedLocus, edges: NDArray[np.bool_] | None) -> dict[str, Any]:
+def _locus(locus: FollowedLocus, edges: NDArray[np.bool_]) -> dict[str, Any]:
     return {
         "kind": locus.event.value,
         "word": locus.word,
@@ -170,7 +139,7 @@ def _locus(locus: FollowedLocus, edges: NDArray[np.bool_] | None) -> dict[str, A
         "ends_with": locus.events[-1][1].value,
         "values": locus.inputs.tolist(),
         "bounds_stability": locus.bounds_stability.tolist(),
-        "parts_regions": None if edges is None else edges.reshape(len(locus.x) - 1, -1).any(axis=1).tolist(),
+        "parts_regions": edges.reshape(len(locus.x) - 1, -1).any(axis=1).tolist(),
         "symmetric": locus.symmetric,
         "condition": _condition(locus),
         "start": _start(locus),
@@ -212,37 +181,36 @@ def _region(region: ChartRegion) -> dict[str, Any]:
     return {
         "values": list(region.inputs),
         "share": region.share,
-        "stable": None if region.motions is None else [_stable(each) for each in region.motions],
+        "stable": None if region.motions is None else [_stable(motion) for motion in region.motions],
     }
 
 
-def _stable(each: StableMotion) -> dict[str, Any]:
+def _stable(stable: StableMotion) -> dict[str, Any]:
     return {
-        "word": each.word.letters,
-        "asymmetric": each.asymmetric,
-        **_impacts(each.motion),
-        "trace": each.trace,
-        "determinant": each.decay**2,
+        "word": stable.word.letters,
+        "asymmetric": stable.asymmetric,
+        **_impacts(stable.motion),
+        "trace": stable.trace,
+        "determinant": stable.decay**2,
     }
 
 
-def _design(design: ChartedDesign, plane: Plane) -> dict[str, Any]:
+def _design(design: ChartedDesign, plane: DevicePlane) -> dict[str, Any]:
     return {
         "values": list(design.inputs),
-        "stable": None if design.motions is None else [_stable(each) for each in design.motions],
+        "stable": None if design.motions is None else [_stable(motion) for motion in design.motions],
         "margins": [
             {
-                "along": plane.inputs[end.varied].value,
+                "along": plane.inputs[end.axis].value,
                 "kind": end.event.value,
                 "value": end.value,
                 "distance": end.distance,
                 "relative": end.relative,
                 "error_bound": end.error_bound if end.error_bound is not None and isfinite(end.error_bound) else None,
                 "taken_over": end.taken_over,
-                "stable_beyond": None if end.beyond is None else [_stable(each) for each in end.beyond],
+                "stable_beyond": None if end.beyond is None else [_stable(motion) for motion in end.beyond],
             }
-            for k in (0, 1)
-            for end in design.along(k)
+            for end in design.margins
         ],
     }
 

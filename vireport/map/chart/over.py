@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, portion
 from vireport.design.lines import HIGHEST_RESTITUTION, reach
-from vireport.map.chart.chart import Chart, ChartStart, chart, with_regions
-from vireport.map.chart.plane import Plane, is_swept
+from vireport.map.chart.chart import Chart, ChartStart, loci_over, with_regions
+from vireport.map.chart.plane import DevicePlane, is_swept
 from vireport.motions.atlas.families import LOOKED_FOR
 from vireport.motions.switching import Limits
 from vireport.physics.device import RESTITUTIONS, Device
@@ -54,12 +54,14 @@ def chart_of(loaded: Loaded, over: str, progress: Progress) -> Chart:
     limits = LIMITS if block is None else Limits(block.impacts, block.periods)
     plane = plane_of(loaded.scenario, over)
     starts = list(_starts(loaded.scenario, plane))
-    drawn = chart(plane, limits, portion(progress, 0.0, LOCI_SHARE), starts=starts)
+    drawn = loci_over(plane, limits, portion(progress, 0.0, LOCI_SHARE), starts=starts)
+    filled = with_regions(drawn, Device.of(loaded.scenario), portion(progress, LOCI_SHARE, 1.0))
     tolerances = loaded.scenario.tolerances
     if tolerances is not None:
-        drawn = replace(drawn, off=(tolerances.off(plane.inputs[0]), tolerances.off(plane.inputs[1])))
-    filled = with_regions(drawn, Device.of(loaded.scenario), portion(progress, LOCI_SHARE, 1.0))
-    return filled if filled.design is None else replace(filled, run=_run_of(loaded))
+        first, second = plane.inputs
+        filled = replace(filled, tolerances=(tolerances.off(first), tolerances.off(second)))
+    design = filled.design
+    return filled if design is None else replace(filled, design=replace(design, study=_run_of(loaded)))
 
 
 def _run_of(loaded: Loaded) -> Study | None:
@@ -71,7 +73,7 @@ def _run_of(loaded: Loaded) -> Study | None:
         return None
 
 
-def _starts(scenario: Scenario, plane: Plane) -> Iterator[ChartStart]:
+def _starts(scenario: Scenario, plane: DevicePlane) -> Iterator[ChartStart]:
     """The motions that a scenario gives as starts of families, at their values of the swept parameter.
 
     Regions are filled by what is solved inside each, which knows longer words only where they join others.
@@ -98,7 +100,7 @@ def _starts(scenario: Scenario, plane: Plane) -> Iterator[ChartStart]:
         yield ChartStart(Word.of(row.word, row.periods), varied, (float(at[0]), float(at[1])))
 
 
-def plane_of(scenario: Scenario, over: str) -> Plane:
+def plane_of(scenario: Scenario, over: str) -> DevicePlane:
     """The plane of two inputs; raises as `chart_of`."""
     parts = [part.strip() for part in over.split(",")]
     if len(parts) != 2:
@@ -130,7 +132,7 @@ def plane_of(scenario: Scenario, over: str) -> Plane:
     for corner in (device, device.with_values(dict(zip(inputs, high.tolist(), strict=True)))):
         if corner.inclination_deg and corner.unresolved:
             raise UsageError(f"--over: {corner.unresolved}")
-    return Plane(device, (inputs[0], inputs[1]), low, high)
+    return DevicePlane((inputs[0], inputs[1]), low, high, device)
 
 
 def _axis(scenario: Scenario, part: str) -> tuple[DesignInput, tuple[float, float]]:

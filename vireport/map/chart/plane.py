@@ -10,6 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.design.plane import Plane
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.groups import Groups
@@ -34,23 +35,19 @@ class Here(Struct, frozen=True, eq=False):
         return self.gradients
 
 
-class Plane(Struct, frozen=True, eq=False):
-    """Two inputs of a device and their ranges; all else is held.
+class DevicePlane(Plane, frozen=True, eq=False):
+    """The plane of two inputs of a device; all else is held.
 
     Attributes
     ----------
     device : Device
         With any value of the two inputs.
-    inputs : tuple of DesignInput
-    low, high : ndarray (2,)
     ops
         Functions of the kind of number that groups are computed in.
     """
 
-    device: Device
     inputs: tuple[DesignInput, DesignInput]
-    low: Floats
-    high: Floats
+    device: Device
     ops: Any = ARRAYS
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
@@ -79,19 +76,6 @@ class Plane(Struct, frozen=True, eq=False):
         return self.device.with_values(changed)
 
     @property
-    def widths(self) -> Floats:
-        """Widths of the ranges of both inputs, shape (2,), each in its unit."""
-        return self.high - self.low
-
-    def shares(self, places: Any) -> Floats:
-        """Places, shape (..., 2), as shares of the ranges."""
-        return np.asarray((np.asarray(places) - self.low) / self.widths)
-
-    def room(self, varied: Floats) -> float:
-        """How far values are from the edges, as a share of the ranges."""
-        return float((np.minimum(varied - self.low, self.high - varied) / self.widths).min())
-
-    @property
     def swept(self) -> bool:
         """Whether there are sweeps across it, along one of its inputs at least."""
         return any(is_swept(varied, self.device.recoils) for varied in self.inputs)
@@ -109,14 +93,14 @@ class StraightSweep(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    plane : Plane
+    plane : DevicePlane
     varied : int
         Which of the inputs varies.
     other : float
         Value of the other one.
     """
 
-    plane: Plane
+    plane: DevicePlane
     varied: int
     other: float
 
@@ -138,11 +122,6 @@ class StraightSweep(Struct, frozen=True, eq=False):
         device = replace(device, capsule_mass_kg=plane.device.capsule_mass_kg)
         least, most = (_mass(device, float(end[k])) for end in (plane.high, plane.low))
         return Sweep(device, Parameter.AMPLITUDE, least, most)
-
-    def stations(self, count: int) -> Iterator[float]:
-        """Values of the input that varies, at equal distances."""
-        low, width = self.plane.low[self.varied], self.plane.widths[self.varied]
-        yield from (low + width * (np.arange(count) + 0.5) / count).tolist()
 
     def inputs(self, swept: float) -> Floats:
         """The inputs at a value of the sweep."""
@@ -170,15 +149,14 @@ class Cut(Struct, frozen=True, eq=False):
     stable: Stable
 
 
-def straight_sweeps(plane: Plane, count: int) -> Iterator[StraightSweep]:
+def straight_sweeps(plane: DevicePlane, count: int) -> Iterator[StraightSweep]:
     """Sweeps across a plane, as many along each input that can be swept, at equal distances.
 
     Where neither can be, they are lines along both.
     """
     for k in (1, 0):
         if is_swept(plane.inputs[k], plane.device.recoils) or not plane.swept:
-            for share in (np.arange(count) + 0.5) / count:
-                yield StraightSweep(plane, k, float(plane.low[1 - k] + plane.widths[1 - k] * share))
+            yield from (StraightSweep(plane, k, other) for other in plane.centres((count, count))[1 - k].tolist())
 
 
 def is_swept(varied: DesignInput, recoils: bool) -> bool:

@@ -21,7 +21,7 @@ from vireport.base.errors import NumericalError
 from vireport.base.progress import Progress, counted
 from vireport.design.point import motions_at
 from vireport.map.chart.network import FollowedLocus
-from vireport.map.chart.plane import Cut, Plane, Stable, StraightSweep, is_swept
+from vireport.map.chart.plane import Cut, DevicePlane, Stable, StraightSweep, is_swept
 from vireport.motions.atlas.exclusion import FINE
 from vireport.motions.atlas.families import SearchEffort, atlas
 from vireport.motions.paths import Curve
@@ -146,7 +146,7 @@ class Regions(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    plane : Plane
+    plane : DevicePlane
     every : tuple of ChartRegion
         The largest first.
     number : ndarray (PIXELS, PIXELS)
@@ -155,7 +155,7 @@ class Regions(Struct, frozen=True, eq=False):
         Of each locus, for each piece of its curve as it is drawn, whether what is stable differs on its two sides.
     """
 
-    plane: Plane
+    plane: DevicePlane
     every: tuple[ChartRegion, ...]
     number: Ints
     edges: tuple[Mask, ...]
@@ -252,7 +252,7 @@ def _ranges(stable: Stable) -> Iterator[tuple[str, float, float]]:
         yield from ((word, ranges[first][0], ranges[after - 1][1]) for first, after in pairwise(starts))
 
 
-def regions_of(plane: Plane, limits: Limits, loci: Sequence[FollowedLocus], progress: Progress) -> Regions:
+def regions_of(plane: DevicePlane, limits: Limits, loci: Sequence[FollowedLocus], progress: Progress) -> Regions:
     """Find the regions between loci, and solve for what is stable in each."""
     from scipy.ndimage import distance_transform_edt, label  # type: ignore[import-untyped]
 
@@ -327,7 +327,7 @@ def _edges(regions: Regions, points: Floats) -> Mask:
     return edges
 
 
-def stable_motions(plane: Plane, inputs: tuple[float, float], limits: Limits) -> tuple[StableMotion, ...] | None:
+def stable_motions(plane: DevicePlane, inputs: tuple[float, float], limits: Limits) -> tuple[StableMotion, ...] | None:
     """Solve for all stable motions at a point of a plane.
 
     Those with up to four impacts are looked for among all flight times (see `atlas`), on a sweep that is next to
@@ -374,7 +374,7 @@ def _stable(curve: Curve, motion: Motion) -> Iterator[tuple[Motion, float, float
         yield motion, float(curve.trace(x)), float(curve.decay(x))
 
 
-def _parted(plane: Plane, motion: Motion) -> bool:
+def _parted(plane: DevicePlane, motion: Motion) -> bool:
     """Whether a motion of a horizontal capsule is another one than its mirror image."""
     if not plane.horizontal:
         return False

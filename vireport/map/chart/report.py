@@ -1,82 +1,59 @@
-"""What the templates of the report of a chart know: the verdict of the design point, regions, loci, their meetings."""
+"""What the page of a chart knows, the page of a map whose plane is filled by exact regions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from msgspec import Struct
+from typing import TYPE_CHECKING, ClassVar
 
 from vireport.map.chart.chart import Chart
+from vireport.map.chart.design import ChartMargin
 from vireport.map.chart.opening import chart_opening
 from vireport.map.chart.regions import PIXELS, ROOM
 from vireport.map.chart.tables import points_table
-from vireport.map.chart.words import Naming, naming, words_given
-from vireport.scenario.loading import Loaded
-from vireport.study.judging.alerts import Alert
+from vireport.map.chart.words import Naming, naming
+from vireport.map.design import MapDesign, MapMargin
+from vireport.map.report import MapReport
+from vireport.scenario.parameters import Named
 from vireport.study.judging.opening import WordedOpening
-from vireport.study.provenance import Provenance
-from vireport.text.formatting import Exactness, subtitle
 from vireport.text.tables import Table
-from vireport.text.templates import Words
 
 if TYPE_CHECKING:
-    from vireport.figures.style import Picture
     from vireport.map.chart.network import FollowedLocus
 
 
-class ChartReport(Struct, frozen=True, eq=False, dict=True):
+class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
     """The object `report` of the templates of `vireport map --over`.
 
     Attributes
     ----------
     chart : Chart
-        With its regions.
-    loaded : Loaded
-        The scenario.
-    pictures : mapping of str to Picture
-    provenance : Provenance
-    templates : Path, optional
-        A folder whose templates come before ours.
     """
 
     chart: Chart
-    loaded: Loaded
-    pictures: Mapping[str, Picture]
-    provenance: Provenance
-    templates: Path | None = None
-    template: str = "chart.typ.j2"
+
+    words: ClassVar[str] = "chart"
+    section: ClassVar[str] = "sections/regions.typ.j2"
 
     @property
-    def title(self) -> str:
-        """That of the scenario, "" where it has none."""
-        return self.loaded.scenario.title or ""
+    def axes(self) -> tuple[Named, ...]:
+        """The inputs."""
+        return self.chart.plane.inputs
+
+    @property
+    def design(self) -> MapDesign | None:
+        """The design point in the plane."""
+        return self.chart.design
 
     @property
     def heading(self) -> str:
         """What is charted."""
         return self.say("heading", self.chart.plane)
 
-    @property
-    def subtitle(self) -> str:
-        """Title and file of the scenario."""
-        return subtitle(self.title, self.provenance.scenario_name)
-
     @cached_property
     def named(self) -> Naming:
         """How motions are named."""
         return naming(self.chart, self.templates)
-
-    @cached_property
-    def given(self) -> dict[str, Any]:
-        """What the words of the chart are told by."""
-        return words_given(self.chart, self.named)
-
-    def say(self, macro: str, *values: Any) -> str:
-        """What a macro of the words of charts says."""
-        return Words("chart", self.templates)(macro, *values)
 
     @property
     def verdict(self) -> WordedOpening:
@@ -84,14 +61,14 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
         return chart_opening(self.chart, self.named).worded(self.templates)
 
     @property
-    def exactness(self) -> Exactness:
-        """How exact all numbers are."""
-        return self.chart.exactness
+    def motion_name(self) -> str:
+        """The first of the motions that are stable at the design point; "" where none is."""
+        design = self.chart.design
+        return self.named.of(design.motions[0].kind) if design is not None and design.motions else ""
 
-    @property
-    def alerts(self) -> tuple[Alert, ...]:
-        """What must be known of the design point, as a run says it."""
-        return self.chart.alerts
+    def beyond(self, margin: MapMargin) -> tuple[str, ...]:
+        """What is stable beyond a margin."""
+        return (self.named.motions(margin.beyond),) if isinstance(margin, ChartMargin) else ()
 
     def bounding(self) -> Iterator[tuple[int, FollowedLocus]]:
         """The loci on which stable motions end, by their numbers in chart.json."""
@@ -104,9 +81,4 @@ class ChartReport(Struct, frozen=True, eq=False, dict=True):
 
     def points(self) -> Table:
         """The points of codimension two."""
-        return points_table(self.chart)
-
-    @property
-    def listing(self) -> str:
-        """The scenario as given."""
-        return self.loaded.document.text
+        return points_table(self.chart, self.templates)

@@ -2,35 +2,41 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from vireport.map.chart.chart import Chart
 from vireport.map.chart.meetings import Meeting
+from vireport.map.design import exactness_of
 from vireport.motions.events import Event
 from vireport.text.formatting import rounded_text
+from vireport.text.said import BETWEEN, Said, words_of
 from vireport.text.tables import Table, numbers, texts
+from vireport.text.templates import Words
 
-NOTE = (
-    "Two grazings: two touches in one motion. Degenerate grazing: period doublings and folds of the motion with the "
-    "further impact begin. Cusp: two curves of folds end together. Degenerate period doubling: it changes from soft "
-    "to hard, and a curve of folds begins."
-)
+_said = words_of("chart")
 
 
-def points_table(chart: Chart) -> Table:
-    """The points of codimension two."""
-    heads = [varied.head for varied in chart.plane.inputs]
+def points_table(chart: Chart, templates: Path | None = None) -> Table:
+    """The points of codimension two; words of a folder of templates come before ours."""
+    said, known = Words("chart", templates), exactness_of(chart.design)
     rows = tuple(
-        (str(number), name_of(point), point.word, *(rounded_text(float(x), chart.exactness) for x in point.inputs))
+        (
+            str(number),
+            name_of(point).words(templates),
+            point.word,
+            *(rounded_text(float(x), known) for x in point.inputs),
+        )
         for number, point in enumerate(chart.meetings, 1)
     )
-    note = f"{NOTE} chart.json has all digits and the error bounds."
-    return Table("Points of codimension two", (*texts("No.", "What", "Motion"), *numbers(*heads)), rows, note)
+    columns = (*texts(*said("points_head").split(BETWEEN)), *numbers(*(varied.head for varied in chart.plane.inputs)))
+    return Table(said("points_caption"), columns, rows, said("points_note"))
 
 
-def name_of(point: Meeting) -> str:
+def name_of(point: Meeting) -> Said:
     """What happens at a point."""
     first, other = point.events
     if other is not Event.GRAZING:
-        return other.words
+        return _said("point", other)
     if first is Event.GRAZING:
-        return "two grazings"
-    return first.words if first is Event.DEGENERATE_GRAZING else f"{first.words} with grazing"
+        return _said("two_grazings")
+    return _said("point" if first is Event.DEGENERATE_GRAZING else "point_with_grazing", first)

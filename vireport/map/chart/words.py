@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from math import inf
 from pathlib import Path
-from typing import Any
 
 from msgspec import Struct
 
 from vireport.map.chart.chart import Chart
 from vireport.map.chart.regions import Kind, Kinds, StableMotion
 from vireport.motions.switching import Limits
-from vireport.study.judging.alerts import NEAR_CRITICAL
 from vireport.text.templates import Words
 
 
@@ -39,9 +36,9 @@ class Naming(Struct, frozen=True, eq=False):
         """What is stable, by words."""
         return self.said("stable", None if kinds is None else [self.of(kind) for kind in kinds])
 
-    def each(self, motions: Sequence[StableMotion]) -> list[str]:
-        """The names of motions, each once."""
-        return list(dict.fromkeys(self.of(each.kind) for each in motions))
+    def motions(self, motions: Sequence[StableMotion] | None) -> str:
+        """The names of motions, none twice; of None that rounding does not resolve them."""
+        return self.short(None if motions is None else tuple(dict.fromkeys(motion.kind for motion in motions)))
 
     def long(self, kinds: Kinds | None, limits: Limits) -> str:
         """What is stable, with what the words mean to a designer, and up to which limits nothing is."""
@@ -51,20 +48,9 @@ class Naming(Struct, frozen=True, eq=False):
 
 def naming(chart: Chart, templates: Path | None = None) -> Naming:
     """How the stable motions of a chart are named: by their words, with the period where words alone are ambiguous."""
-    regions = chart.regions.every if chart.regions is not None else ()
-    kinds = {kind for region in regions for kind in region.kinds or ()}
+    kinds = {kind for region in chart.regions.every for kind in region.kinds or ()}
     if chart.design is not None:
         stable = [chart.design.motions, *(end.beyond for end in chart.design.margins)]
-        kinds |= {each.kind for motions in stable for each in motions or ()}
+        kinds |= {motion.kind for motions in stable for motion in motions or ()}
     counts = Counter((letters, asymmetric) for _, letters, _, asymmetric in kinds)
     return Naming(frozenset(key for key, count in counts.items() if count > 1), Words("chart", templates))
-
-
-def words_given(chart: Chart, named: Naming) -> dict[str, Any]:
-    """What the words of a chart are told by: the macros of ``templates/words/chart.j2`` know it as ``x``."""
-    nearest = [chart.design.nearest(k) for k in (0, 1)] if chart.design is not None else []
-    shares = [abs(end.relative) for end in nearest if end is not None and end.relative is not None]
-    sets = chart.regions.sets if chart.regions is not None else ()
-    near = min(shares, default=inf) < NEAR_CRITICAL
-    run = None if chart.run is None else chart.run.opening.worded(named.said.templates)
-    return {"chart": chart, "sets": sets, "named": named, "near": near, "run": run}

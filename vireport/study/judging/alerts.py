@@ -200,9 +200,14 @@ def _several_stable(results: Evidence) -> Iterator[Sentence]:
     yield Sentence("count", {"count": count})
 
 
+def is_near_critical(relative: float | None) -> bool:
+    """Whether the end of a motion is near, by its distance over the design value; not where that is zero."""
+    return relative is not None and abs(relative) < NEAR_CRITICAL
+
+
 def _near_critical(results: Evidence) -> Iterator[Sentence]:
     for margin in results.solution.design.limits() if results.solution.design is not None else ():
-        if margin.size < NEAR_CRITICAL:
+        if is_near_critical(margin.relative):
             side = "below" if margin.distance < 0 else "above"
             yield Sentence(
                 f"passes_{side}" if margin.taken_over else side,

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from vireport.design.margins import Margin
 from vireport.scenario.parameters import ScalarInput
-from vireport.study.judging.alerts import NEAR_CRITICAL
+from vireport.study.judging.alerts import is_near_critical
 from vireport.study.judging.evidence import Evidence
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class MarginToUse(Struct, frozen=True, eq=False):
     @property
     def small(self) -> bool:
         """Whether less is left than what masses and lengths are commonly made to."""
-        return self.gone or (self.relative is not None and self.relative < NEAR_CRITICAL)
+        return self.gone or is_near_critical(self.relative)
 
     def to_dict(self) -> dict[str, Any]:
         """The margin as results.json has it."""

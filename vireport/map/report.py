@@ -1,0 +1,135 @@
+"""What the templates of the report of a map know, whatever fills its plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from msgspec import Struct
+
+from vireport.map.design import MapDesign, MapMargin, alerts_of, exactness_of
+from vireport.scenario.loading import Loaded, LoadedMap
+from vireport.scenario.parameters import Named
+from vireport.study.judging.alerts import Alert
+from vireport.study.judging.opening import WordedOpening
+from vireport.study.provenance import Provenance
+from vireport.text.formatting import Exactness, percent, subtitle
+from vireport.text.said import BETWEEN
+from vireport.text.tables import Table, numbers, texts
+from vireport.text.templates import Words
+
+if TYPE_CHECKING:
+    from vireport.figures.style import Picture
+
+
+class MapReport(Struct, frozen=True, eq=False, dict=True):
+    """The object `report` of the templates of `vireport map`.
+
+    Attributes
+    ----------
+    loaded : Loaded or LoadedMap
+        The file that it is of.
+    pictures : mapping of str to Picture
+        That of the first page is the first one.
+    provenance : Provenance
+    templates : Path or None
+        A folder whose templates come before ours.
+    words, section : str
+        The file of words, and the template of what fills the plane.
+    """
+
+    loaded: Loaded | LoadedMap
+    pictures: Mapping[str, Picture]
+    provenance: Provenance
+    templates: Path | None
+
+    template: ClassVar[str] = "map.typ.j2"
+    words: ClassVar[str]
+    section: ClassVar[str]
+
+    @property
+    def axes(self) -> tuple[Named, ...]:
+        """What the axes are called."""
+        raise NotImplementedError
+
+    @property
+    def design(self) -> MapDesign | None:
+        """The design point; None where there is none."""
+        raise NotImplementedError
+
+    @property
+    def verdict(self) -> WordedOpening:
+        """What the page opens with."""
+        raise NotImplementedError
+
+    @property
+    def heading(self) -> str:
+        """What stands on top of the page."""
+        raise NotImplementedError
+
+    @property
+    def motion_name(self) -> str:
+        """What the motion is called whose ends are margins of the design point; "" where none is stable."""
+        raise NotImplementedError
+
+    def beyond(self, margin: MapMargin) -> tuple[str, ...]:
+        """Further cells of the row of a margin: what is stable beyond it, where that is known."""
+        return ()
+
+    @property
+    def title(self) -> str:
+        """That of the file, "" where it has none."""
+        return self.loaded.scenario.title or ""
+
+    @property
+    def subtitle(self) -> str:
+        """Title and name of the file."""
+        return subtitle(self.title, self.provenance.scenario_name)
+
+    @property
+    def listing(self) -> str:
+        """The file as given."""
+        return self.loaded.document.text
+
+    @property
+    def exactness(self) -> Exactness:
+        """How exact all numbers are."""
+        return exactness_of(self.design)
+
+    @property
+    def alerts(self) -> tuple[Alert, ...]:
+        """What must be known of the design point, as a run says it."""
+        return alerts_of(self.design)
+
+    def say(self, macro: str, *values: object) -> str:
+        """What a macro of the words says."""
+        return Words(self.words, self.templates)(macro, *values)
+
+    @property
+    def place(self) -> str:
+        """Where the design point is."""
+        values = self.design.inputs if self.design is not None else ()
+        return ", ".join(varied.place(value) for varied, value in zip(self.axes, values, strict=False))
+
+    @property
+    def margins(self) -> Table | None:
+        """Where the motion of the design point ends along the axes; None where no end is known."""
+        if self.design is None or not self.design.margins:
+            return None
+        said, known = Words("map", self.templates), self.exactness
+        rows = tuple(
+            (
+                self.axes[margin.axis].quantity,
+                self.axes[margin.axis].show(margin.value, known),
+                self.axes[margin.axis].signed(margin.distance),
+                percent(margin.relative, signed=True),
+                said("handover" if margin.taken_over else "end", margin.event),
+                *self.beyond(margin),
+            )
+            for margin in self.design.margins
+        )
+        first, *middle, event, beyond = said("margins_head").split(BETWEEN)
+        columns = (*texts(first), *numbers(*middle), *texts(event, beyond))[: len(rows[0])]
+        caption = said("margins_caption", self.motion_name, self.place)
+        return Table(caption, columns, rows, said("margins_note"))
