@@ -211,6 +211,17 @@ def test_requirements_come_before_stability_and_stability_before_margin() -> Non
     assert facts(two)[0] == "Not stable: unstable."
 
 
+@pytest.mark.slow
+def test_a_motion_that_no_device_can_be_set_to_is_no_stable_one() -> None:
+    """1:1 motion from 0.6083 to 0.6125 m, with lengths off by 10 %: the verdict says so, and ranking follows it."""
+    narrow = ["device.length_m=0.61", "excitation.amplitude_n=6.9375", "tolerances.length_percent=10"]
+    studies = {name: analyse(load(EXAMPLES / "inclined.yaml", over)) for name, over in (("a", narrow), ("b", []))}
+    assert studies["a"].verdict.conclusion is Conclusion.NOT_SETTABLE
+    best, other = rank_studies(studies)
+    assert [(row.name, row.stable) for row in (best, other)] == [("b", True), ("a", False)]
+    assert other.to_dict()["margin_to_use"] is None
+
+
 def test_scenarios_are_ranked_by_the_requirements_that_they_miss_and_the_sentence_says_so() -> None:
     margin, volts = "requirements.margin_any_percent=4", "requirements.u_ave_at_least_v=1"
     few = study("inclined", "requirements.margin_any_percent=4")

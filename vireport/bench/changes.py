@@ -20,7 +20,6 @@ from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.designs import Designs
 from vireport.study.judging.requirements import SPARED, required, spared
-from vireport.study.judging.verdict import Conclusion
 from vireport.study.study import Study, analyse
 
 Floats = NDArray[np.float64]
@@ -40,17 +39,6 @@ FIRST_STEPS = 4
 
 DIGITS = 4
 """Significant digits of a value to change to, rounded away from the design."""
-
-FALLS_SHORT = {
-    Conclusion.NOT_STABLE,
-    Conclusion.NOT_SETTABLE,
-    Conclusion.NOT_MET,
-    Conclusion.MORE_ENERGY_THAN_LOST,
-    Conclusion.BREAKDOWN,
-    Conclusion.OTHER_MOTION,
-    Conclusion.NOT_FROM_REST,
-}
-"""Conclusions for which something must be changed."""
 
 
 class Change(Struct, frozen=True):
@@ -87,7 +75,7 @@ def changes(study: Study, say: Progress | None = None) -> tuple[Change, ...] | N
     tuple of Change, or None
         The smallest first, empty where none is found; None where nothing need be changed, or there is no design point.
     """
-    if study.solution.design is None or study.verdict.conclusion not in FALLS_SHORT:
+    if study.solution.design is None or not study.verdict.fails:
         return None
     helpful = list[Change]()
     for varied in study.solution.device.inputs:
@@ -217,4 +205,4 @@ def _works_without(study: Study, blocks: Iterable[str], varied: DesignInput, val
         other = analyse(loads(loaded.document.text, loaded.document.name, overrides), ())
     except (NumericalError, ScenarioError, UsageError):  # a value of which nothing can be said
         return False
-    return other.verdict.conclusion not in FALLS_SHORT
+    return not other.verdict.fails

@@ -19,8 +19,9 @@ from vireport.design.point import DesignPoint
 from vireport.physics.device import Device
 from vireport.report.changes.sentences import NOTHING, listed
 from vireport.scenario.parameters import DesignInput
+from vireport.study.judging.evidence import unmet_criteria
 from vireport.study.judging.opening import margin_said
-from vireport.study.judging.verdict import AddedConclusion, AnyConclusion
+from vireport.study.judging.verdict import AddedConclusion, AnyConclusion, Conclusion
 from vireport.study.study import Study
 from vireport.text.foreign import visible
 from vireport.text.formatting import ABSENT, percent, quantity, rounded_text
@@ -122,7 +123,7 @@ class Ranked(Struct, frozen=True, eq=False):
     @property
     def passed(self) -> int:
         """Requirements that are met."""
-        return sum(criterion.passed for criterion in self.study.criteria)
+        return len(self.study.criteria) - len(unmet_criteria(self.study.criteria))
 
     def show(self, merit: Merit, templates: Path | None = None) -> str:
         """Print a merit with its unit, or a dash where there is none."""
@@ -232,9 +233,8 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
 
     `alike` says whether all sweeps are of one parameter, `tried` up to which size all that stand all are known to.
     """
-    solution, check = study.solution, study.crosscheck
+    solution, stable = study.solution, bool(study.verdict.motion.data.types)
     design = solution.design
-    stable = bool(design.motions.stable_mask.any()) if design is not None else bool(solution.stable_ranges)
     margin = _room(design)[0] if design is not None and stable else None
     room = _room_to_use(study) if stable else None
     # Metres and newtons have no order: ranges of different parameters are compared by their width over their middle.
@@ -248,8 +248,8 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
         shock = withstood.jump_m_s
     per_second = _impacts_per_second(solution.device)
     return margin, {
-        Merit.REQUIREMENTS: float(sum(criterion.passed for criterion in study.criteria) - len(study.criteria)),
-        Merit.STABILITY: float(stable and (check is None or check.passed)),
+        Merit.REQUIREMENTS: float(-len(unmet_criteria(study.criteria))),
+        Merit.STABILITY: float(stable and Conclusion.NOT_VERIFIED not in study.verdict.conclusions),
         Merit.FROM_REST: None
         if switched_on is None or switched_on.from_rest is None
         else float(switched_on.from_rest.reached),
@@ -276,7 +276,7 @@ def _room_to_use(study: Study) -> float | None:
 def _rigid_room(study: Study) -> float | None:
     """The margin by rigid impacts; see `_room`."""
     design = study.solution.design
-    return _room(design)[1] if design is not None and design.motions.stable_mask.any() else None
+    return _room(design)[1] if design is not None and study.verdict.motion.data.types else None
 
 
 def held_against(conclusion: AnyConclusion) -> Said:

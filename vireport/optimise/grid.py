@@ -19,6 +19,7 @@ from vireport.scenario.blocks import WIDEST_MARGIN, Objective
 from vireport.scenario.demands import Need
 from vireport.scenario.rules import needing
 from vireport.study.judging.designs import keeps_motion
+from vireport.study.judging.evidence import unmet_criteria
 from vireport.study.study import Study
 
 Floats = NDArray[np.float64]
@@ -65,7 +66,7 @@ class JudgedDesign(Struct, frozen=True, eq=False):
 
     def meets_requirements(self, but: frozenset[str] = frozenset()) -> bool:
         """Whether all requirements are met, but for some by their keys, and the tolerances, and a device repeats it."""
-        return self.repeats and self.tolerated and all(line.passed or line.key in but for line in self.study.criteria)
+        return self.repeats and self.tolerated and all(line.key in but for line in unmet_criteria(self.study.criteria))
 
     @property
     def margin(self) -> float:
@@ -75,10 +76,10 @@ class JudgedDesign(Struct, frozen=True, eq=False):
     @property
     def shortfall(self) -> float:
         """Distance by which the worst requirement is missed, over its limit; infinite where that is no number."""
-        missed = [line for line in self.study.criteria if not line.passed]
-        if not (self.tolerated and self.repeats) or any(line.outcome.margin is None for line in missed):
+        lines = unmet_criteria(self.study.criteria)
+        if not (self.tolerated and self.repeats) or any(line.outcome.margin is None for line in lines):
             return inf
-        return max((-cast(float, line.outcome.margin) / line.limit.value for line in missed), default=0.0)
+        return max((-cast(float, line.outcome.margin) / line.limit.value for line in lines), default=0.0)
 
 
 class Judged(Struct, eq=False):

@@ -17,6 +17,7 @@ from vireport.scenario.demands import Need
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.alerts import named_alerts
+from vireport.study.judging.evidence import unmet_criteria
 from vireport.study.judging.opening import MOST_FACTS, Opening, Statement
 from vireport.study.judging.verdict import Status
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
@@ -203,8 +204,8 @@ def _shortcoming(result: SearchResult) -> Said:
     nearest, evidence = result.nearest, result.evidence
     if nearest is None:
         return _said("none_stable_in_ranges")
-    missed = (line for line in nearest.study.criteria if not line.passed)
-    failed = [_said("missed_by" if line.margin_text else "missed", line) for line in missed]
+    unmet = unmet_criteria(nearest.study.criteria)
+    failed = [_said("missed_by" if line.margin_text else "missed", line) for line in unmet]
     if not nearest.tolerated:
         failed.append(_beyond_tolerances(nearest.study.findings[Need.TOLERANCES]))
     if not nearest.repeats:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 from xml.etree import ElementTree
 
+from vireport.study.judging.evidence import unmet_criteria
 from vireport.text.alerts import Severity
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ def junit(study: Study, templates: Path | None = None) -> bytes:
 
     The verdict is in the words of a folder of templates, if there is one.
     """
-    failed = sum(not criterion.passed for criterion in study.criteria)
-    counts = {"tests": str(len(study.criteria) or 1), "failures": str(failed), "errors": "0"}
+    failures = str(len(unmet_criteria(study.criteria)))
+    counts = {"tests": str(len(study.criteria) or 1), "failures": failures, "errors": "0"}
     name = study.scenario.title or Path(study.loaded.document.name).name
     suites = ElementTree.Element("testsuites", {"name": "vireport", **counts})
     suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(name), **counts, "skipped": "0"})
@@ -55,9 +56,8 @@ def _xml(text: str) -> str:
 
 def github(study: Study) -> str:
     """Annotations of GitHub Actions: an error for each requirement that is not met, and alerts by their severity."""
-    failed = (criterion for criterion in study.criteria if not criterion.passed)
     lines = []
-    for criterion in failed:
+    for criterion in unmet_criteria(study.criteria):
         why = f": {criterion.outcome.why}" if criterion.outcome.why else ""
         message = f"{criterion.outcome.text}, required {criterion.limit.text}{why}"
         lines.append(_annotation("error", _place(study, criterion.line), criterion.title, message))

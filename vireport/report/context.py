@@ -39,7 +39,7 @@ from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
 from vireport.study.checks.paper import PAPER, PaperComparison, compare_with_paper
 from vireport.study.judging.alerts import Alert
-from vireport.study.judging.evidence import Criterion
+from vireport.study.judging.evidence import Criterion, unmet_criteria
 from vireport.study.judging.findings import found_by
 from vireport.study.judging.opening import Opening, WordedOpening
 from vireport.study.provenance import Provenance
@@ -406,7 +406,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def failed(self) -> tuple[Criterion, ...]:
         """The requirements that are not met."""
-        return tuple(criterion for criterion in self.study.criteria if not criterion.passed)
+        return tuple(unmet_criteria(self.study.criteria))
 
     def families(self) -> Table | None:
         """The families of motions of other impact sequences."""

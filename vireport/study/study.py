@@ -28,7 +28,7 @@ from vireport.scenario.loading import Loaded, Source, load
 from vireport.scenario.parameters import DesignInput
 from vireport.study.families import families_data, motions_data
 from vireport.study.judging.alerts import LONG_CONTACT, Alert, alerts
-from vireport.study.judging.evidence import Criterion, Evidence
+from vireport.study.judging.evidence import Criterion, Evidence, unmet_criteria
 from vireport.study.judging.findings import findings, found_by
 from vireport.study.plan import (
     FORMATS,
@@ -316,8 +316,7 @@ def _own_stiffness_data(compliant: OwnStiffness) -> dict[str, Any]:
 
 
 def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
-    passed = all(criterion.passed for criterion in criteria)
-    return {"passed": passed, "criteria": [criterion.to_dict() for criterion in criteria]}
+    return {"passed": not unmet_criteria(criteria), "criteria": [criterion.to_dict() for criterion in criteria]}
 
 
 def sweep_of(scenario: Scenario) -> Sweep | None:

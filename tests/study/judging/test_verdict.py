@@ -16,7 +16,7 @@ from vireport.physics.contact import contacts
 from vireport.study.judging.alerts import CAUSES
 from vireport.study.judging.evidence import Evidence, Question
 from vireport.study.judging.opening import margin_said, opening_of
-from vireport.study.judging.verdict import Status, Verdict, verdict_of
+from vireport.study.judging.verdict import Conclusion, Status, Verdict, verdict_of
 from vireport.text.alerts import CATALOGUE, AlertCode, Severity
 from vireport.text.templates import Words
 
@@ -213,6 +213,18 @@ def test_no_result_of_a_range_too_narrow_to_be_set_is_on_the_first_page(over: di
     assert not {"margin", "own_stiffness", "shock", "from_rest", "jitter"} & set(verdict.answers)
     assert verdict.voltage.data is None
     assert said(toleranced(**NARROW | over | {"tolerances__length_percent": 1.0})).motion.status == "good"
+
+
+def test_a_design_must_be_changed_where_it_is_known_to_fail_whatever_weighs_more() -> None:
+    """What is not known, or a small margin, is no reason; what is hidden by another conclusion is one."""
+    of = Conclusion
+    reasons = {of.NOT_STABLE, of.NOT_SETTABLE, of.NOT_MET, of.MORE_ENERGY_THAN_LOST, of.BREAKDOWN}
+    reasons |= {of.OTHER_MOTION, of.NOT_FROM_REST}
+    assert {conclusion for conclusion in Conclusion if conclusion.fails} == reasons
+    verdict = said(solved("inclined"))
+    assert not verdict.fails
+    assert not replace(verdict, conclusions=(of.NOT_VERIFIED, of.MARGIN_SMALL)).fails
+    assert replace(verdict, conclusions=(of.NOT_VERIFIED, of.NOT_FROM_REST)).fails
 
 
 def test_a_sweep_without_a_design_point_says_where_it_runs() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -185,9 +185,14 @@ class Criterion(Struct, frozen=True, eq=False):
         }
 
 
+def unmet_criteria(criteria: Iterable[Criterion]) -> list[Criterion]:
+    """The requirements that are not met."""
+    return [criterion for criterion in criteria if not criterion.passed]
+
+
 def unmet(criteria: Sequence[Criterion]) -> str:
     """Name what is not met, without a full stop; "" where all is."""
-    failed = [criterion for criterion in criteria if not criterion.passed]
+    failed = unmet_criteria(criteria)
     if not failed:
         return ""
     names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)

@@ -22,7 +22,7 @@ from vireport.motions.points import Point
 from vireport.motions.stability import Stability
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
-from vireport.study.judging.evidence import Criterion, Evidence, Question
+from vireport.study.judging.evidence import Criterion, Evidence, Question, unmet_criteria
 from vireport.study.judging.findings import findings, found_by
 from vireport.study.judging.least_margin import MarginToUse, margin_to_use
 from vireport.study.judging.stretch import severity_of
@@ -119,6 +119,11 @@ class Conclusion(Enum):
     def weight(self) -> Weight:
         """How much it weighs."""
         return self.value[2]
+
+    @property
+    def fails(self) -> bool:
+        """Whether the device is known not to do what it is designed for, so that something must be changed."""
+        return self.status is Status.BAD or self in (Conclusion.OTHER_MOTION, Conclusion.NOT_FROM_REST)
 
 
 class AddedConclusion(Struct, frozen=True):
@@ -369,6 +374,11 @@ class Verdict(Struct, frozen=True, eq=False):
         return self.conclusion.word
 
     @property
+    def fails(self) -> bool:
+        """Whether anything holds for which the design must be changed."""
+        return any(isinstance(conclusion, Conclusion) and conclusion.fails for conclusion in self.conclusions)
+
+    @property
     def answers(self) -> dict[str, Fact[object]]:
         """The answers by their names above, in the order in which a reader asks."""
         named: dict[str, Fact[object] | None] = {
@@ -466,8 +476,7 @@ def judged_by(question: str, criteria: tuple[Criterion, ...]) -> list[Criterion]
 
 def _held(fact: AnyFact, criteria: tuple[Criterion, ...]) -> AnyFact:
     """An answer beside which a requirement is not met is not a good one."""
-    missed = any(not criterion.passed for criterion in judged_by(fact.question, criteria))
-    return replace(fact, status=Status.BAD) if missed else fact
+    return replace(fact, status=Status.BAD) if unmet_criteria(judged_by(fact.question, criteria)) else fact
 
 
 def _no_better(fact: AnyFact, doubted: set[str]) -> AnyFact:
@@ -553,8 +562,7 @@ def _has(fact: Fact[object] | None, status: Status) -> bool:
 def _accepted(criteria: tuple[Criterion, ...]) -> Fact[tuple[Criterion, ...]] | None:
     if not criteria:
         return None
-    all_passed = all(criterion.passed for criterion in criteria)
-    return Fact(Question.ACCEPTED, Status.GOOD if all_passed else Status.BAD, criteria)
+    return Fact(Question.ACCEPTED, Status.BAD if unmet_criteria(criteria) else Status.GOOD, criteria)
 
 
 def _motion(motions: StableMotions, evidence: Evidence) -> Fact[StableMotions]:
