@@ -32,6 +32,7 @@ from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import NoFit, Open, Unfit
 from vireport.measurement.misfit import BetterFit, Hidden
 from vireport.motions.events import Event
+from vireport.motions.stability import Stability
 from vireport.motions.switching import Limits
 from vireport.physics.energy import ElectricalCycle
 from vireport.physics.word import Word
@@ -1332,6 +1333,26 @@ def charted(**of: object) -> SimpleNamespace:
 
 BAND = {"word": "BBT", "varied": 0, "least": 1e-5, "most": 0.08, "settable": True}
 CHARTED = [
+    ("regions", ("length [m]", "restitution"), "| Stable | Part of the chart | Regions | length [m] | restitution"),
+    ("regions_note", (False,), "all curves, 1:1 motions alone; the values"),
+    ("regions_note", (True,), "all curves; the values"),
+    ("bands", (), "Stable as well | Widths from | to | Input"),
+    ("bands_note", (), "narrower than a tenth of the tolerance of the input or, where the scenario has none, than"),
+    ("band_name", (thing(word="BBT", settable=True),), "BBT"),
+    ("band_name", (thing(word="BBT", settable=False),), "BBT, too narrow to be set"),
+    ("unmeasured", (["BBT", "BTT"],), "that no sweep crosses, so that their widths are not known: BBT, BTT."),
+    ("curves", (), "No. | Event | Motion | Points | Begins with | Ends with"),
+    ("curves_note", (), "Numbers are places in *loci* of chart.json"),
+    ("no_curves", (), "None."),
+    ("left_out", (), "Not in this chart | What | Why"),
+    ("lacks_motions", (thing(impacts=4, periods=2),), "Motions of more than 4 impacts or 2 forcing periods, motions"),
+    ("lacks_words", (), "Motions other than 1:1 | There are no sweeps over both restitutions"),
+    ("lacks_curves", (True,), "neither cross a sweep that was followed nor meet another curve | They are missed; a"),
+    ("lacks_curves", (False,), "neither cross a line that"),
+    ("lacks_narrow", (0.0083,), "closer together than 0.83 % of the range of an input | No figure can show it"),
+    ("lacks_ends", (1,), "1 end of curves | They could not be followed further"),
+    ("lacks_ends", (2,), "2 ends of curves"),
+    ("lacks_from_rest", (), "A chart tells where motions are stable; vireport run answers this for the design point"),
     ("motion", ("BT", 1, True), "asymmetric BT (T)"),
     ("motion", ("BBT", 2, False), "BBT (2T)"),
     ("motion", ("BBT", 0, False), "BBT"),
@@ -1445,8 +1466,8 @@ ON_MAPS = [
     ("caption", ("map-stability", MAPPED), "beside a stable one. Bars: the nearer end along either axis."),
     (
         "caption",
-        ("map-from-rest", MAPPED | {"marked": None, "curves": False}),
-        "comes to. 60 × 80 cells, with F = 3 N, r = 0.5.",
+        ("map-stability", MAPPED | {"marked": None, "curves": False}),
+        "no 1:1 motion. 60 × 80 cells, with F = 3 N, r = 0.5.",
     ),
     (
         "alt",
@@ -1467,6 +1488,21 @@ ON_MAPS = [
     ("value", ("multiplier_margin", 0.5234), "52 %"),
     ("value", ("u_ave_v", 52690.0), "52.7 kV"),
     ("value", ("least_jump_m_s", 0.12345), "123 mm/s"),
+    ("caption", ("map-from-rest", MAPPED), "Length against inclination; what the device of each cell comes to."),
+    ("of_design", ("β = 45°, s = 0.7 m",), "that of the design point, β = 45°, s = 0.7 m; *vireport run* has"),
+    ("cells", (), "Cells by the 1:1 motion that they have, a stable one before others | Motion | Cells | Part of all"),
+    ("kind", (None,), "None"),
+    ("kind", (Stability.STABLE_NODE,), "Stable node"),
+    ("largest", (["length [m]"],), "| Quantity | Largest | at length [m]"),
+    ("largest_note", (False,), "Between the cells values may be larger."),
+    ("largest_note", (True,), "larger. Voltages are by the paper's formulae."),
+    ("from_rest", (), "switched on from rest | Outcome | Cells | Part of all"),
+    ("left_out", (), "Not in this map | What | Why"),
+    ("lacks_motions", (), "vireport map --over has all words over two inputs"),
+    ("lacks_figures", (), "Figures | Heat maps are drawn of a grid over two parameters"),
+    ("lacks_from_rest", (), "switched on | map.from_rest is not given"),
+    ("lacks_shock", (), "stable motion | map.shock is not given"),
+    ("lacks_voltage", (), "Voltages | device.ball_mass_kg is not given"),
 ]
 """What is said of maps, by macro."""
 

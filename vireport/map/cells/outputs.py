@@ -39,5 +39,4 @@ def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, output: Ma
         plan=plan,
         findings=findings,
         design=at_design,
-        digest=store.digest.read_text(encoding="utf-8").split()[0],
     )

@@ -1,33 +1,25 @@
-"""What the page of a map of cells knows: what they hold, where quantities are largest, the columns of its file."""
+"""What the page of a map of cells knows: what they hold, where quantities are largest."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from functools import cached_property
-from typing import Any, ClassVar
-
-from msgspec import Struct
+from typing import ClassVar
 
 from vireport.map.cells.cells import MapPlan
-from vireport.map.cells.evaluation import schema_of
 from vireport.map.cells.figures import outcomes_of
 from vireport.map.cells.findings import MapFindings
 from vireport.map.design import MapDesign
 from vireport.map.report import MapReport
-from vireport.motions.stability import STABILITIES, Stability
+from vireport.motions.stability import STABILITIES
 from vireport.scenario.parameters import Named
 from vireport.study.judging.opening import Opening, Statement, WordedOpening
 from vireport.study.judging.verdict import Status
+from vireport.text.formatting import capital, rounded_text
 from vireport.text.said import words_of
+from vireport.text.tables import Table, worded_table
 
 _said = words_of("map")
-
-
-class MapColumn(Struct, frozen=True):
-    """A column of the finished map; its unit is "1" for a pure number and "" for words."""
-
-    name: str
-    type: str
-    unit: str
 
 
 class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
@@ -38,14 +30,11 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
     plan : MapPlan
     findings : MapFindings
     design : MapDesign or None
-    digest : str
-        SHA-256 of the finished map.
     """
 
     plan: MapPlan
     findings: MapFindings
     design: MapDesign | None
-    digest: str
 
     words: ClassVar[str] = "map"
     section: ClassVar[str] = "sections/cells.typ.j2"
@@ -78,23 +67,41 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         headline = _said("headline", self.plan, findings)
         return Opening(Status.NEUTRAL, _said("word"), headline, facts).worded(self.templates)
 
-    @property
-    def types(self) -> list[tuple[Stability | None, int]]:
+    def cells(self) -> Table:
         """Cells by the type of their motion."""
-        return [(kind, self.findings.stability[kind]) for kind in (*STABILITIES, None)]
+        counts = [(self.say("kind", kind), self.findings.stability[kind]) for kind in (*STABILITIES, None)]
+        return worded_table(self.say, "cells", "tnn", self._counted(counts))
 
-    @property
-    def outcomes(self) -> list[tuple[str, int]]:
-        """What cells come to from rest, and how many do."""
-        return outcomes_of(self.findings)
+    def values(self) -> Iterator[Table]:
+        """Where values are largest and, where that was asked for, what cells come to from rest."""
+        findings, heads = self.findings, [axis.head for axis in self.axes]
+        if findings.largest:
+            rows = [
+                (
+                    capital(self.say("quantity", name)),
+                    self.say("value", name, best.value),
+                    *(rounded_text(value, self.exactness) for value in best.inputs),
+                )
+                for name, best in findings.largest.items()
+            ]
+            note = self.say("largest_note", self.plan.membrane is not None)
+            yield worded_table(self.say, "largest", "tn" + "n" * len(heads), rows, heads, note=note)
+        if findings.from_rest:
+            note = self.say("sentence", self.say("missed", findings)) if findings.missed else ""
+            yield worded_table(self.say, "from_rest", "tnn", self._counted(outcomes_of(findings)), note=note)
 
-    @property
-    def columns(self) -> list[MapColumn]:
-        """The columns of the finished map."""
-        units = [((field.metadata or {}).get(b"unit", b"").decode(), field) for field in schema_of(self.plan)]
-        return [MapColumn(field.name, _plain_type(field.type), unit) for unit, field in units]
+    def _counted(self, counts: Iterable[tuple[str, int]]) -> list[tuple[str, str, str]]:
+        """Rows of what so many cells have."""
+        return [(capital(name), f"{count:,}", self.say("share", count, self.findings.cells)) for name, count in counts]
 
-
-def _plain_type(kind: Any) -> str:
-    """The type of the values of a column: of coded words, that of the words."""
-    return str(getattr(kind, "value_type", kind))
+    def left_out(self) -> Table:
+        """What is not in the report, and why."""
+        given = {
+            "motions": False,
+            "figures": bool(self.pictures),
+            "from_rest": self.plan.from_rest,
+            "shock": self.plan.shock,
+            "voltage": self.plan.membrane is not None,
+        }
+        rows = [_said(f"lacks_{name}").parts(self.templates) for name, there in given.items() if not there]
+        return worded_table(self.say, "left_out", "tt", rows)

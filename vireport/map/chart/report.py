@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from vireport.map.chart.chart import Chart
 from vireport.map.chart.design import ChartMargin
@@ -16,10 +16,11 @@ from vireport.map.design import MapDesign, MapMargin
 from vireport.map.report import MapReport
 from vireport.scenario.parameters import Named
 from vireport.study.judging.opening import WordedOpening
-from vireport.text.tables import Table
+from vireport.text.formatting import ROUGHLY, capital, percent, rounded_text
+from vireport.text.said import words_of
+from vireport.text.tables import Table, worded_table
 
-if TYPE_CHECKING:
-    from vireport.map.chart.network import FollowedLocus
+_said = words_of("chart")
 
 
 class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
@@ -70,15 +71,69 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         """What is stable beyond a margin."""
         return (self.named.motions(margin.beyond),) if isinstance(margin, ChartMargin) else ()
 
-    def bounding(self) -> Iterator[tuple[int, FollowedLocus]]:
-        """The loci on which stable motions end, by their numbers in chart.json."""
-        yield from ((n, locus) for n, locus in enumerate(self.chart.loci, 1) if locus.bounds_stability.any())
+    def regions(self) -> Table:
+        """What is stable in the regions, the largest first."""
+        rows = [
+            (
+                capital(self.named.long(region_set.kinds, self.chart.limits)),
+                percent(region_set.share),
+                str(len(region_set.regions)),
+                *(rounded_text(float(value), self.exactness) for value in region_set.regions[0].inputs),
+            )
+            for region_set in self.chart.regions.sets
+        ]
+        plane = self.chart.plane
+        heads = [axis.head for axis in self.axes]
+        return worded_table(self.say, "regions", "tnnnn", rows, *heads, note=self.say("regions_note", plane.swept))
 
-    @property
-    def narrowest(self) -> float:
-        """Share of a range that a region is wide at least."""
-        return 2 * ROOM / PIXELS
+    def bands(self) -> Iterator[str | Table]:
+        """What is stable in bands too narrow to be seen."""
+        inputs = self.chart.plane.inputs
+        if self.chart.unmeasured:
+            yield self.say("unmeasured", self.chart.unmeasured)
+        if self.chart.narrow:
+            rows = [
+                (
+                    self.say("band_name", band),
+                    inputs[band.varied].show(band.least, ROUGHLY),
+                    inputs[band.varied].show(band.most, ROUGHLY),
+                    inputs[band.varied].quantity,
+                )
+                for band in self.chart.narrow
+            ]
+            yield worded_table(self.say, "bands", "tnnt", rows, note=self.say("bands_note"))
 
     def points(self) -> Table:
         """The points of codimension two."""
         return points_table(self.chart, self.templates)
+
+    def curves(self) -> Iterator[str | Table]:
+        """The loci on which stable motions end, by their numbers in chart.json."""
+        rows = [
+            (
+                str(number),
+                locus.event.words,
+                str(locus.word),
+                str(len(locus.x)),
+                self.say("end", locus.events[0][1]),
+                self.say("end", locus.events[-1][1]),
+            )
+            for number, locus in enumerate(self.chart.loci, 1)
+            if locus.bounds_stability.any()
+        ]
+        if rows:
+            yield worded_table(self.say, "curves", "tttntt", rows, note=self.say("curves_note"))
+        else:
+            yield self.say("no_curves")
+
+    def left_out(self) -> Table:
+        """What is not in the report, and why."""
+        chart, swept = self.chart, self.chart.plane.swept
+        lacking = [
+            _said("lacks_motions", chart.limits) if swept else _said("lacks_words"),
+            _said("lacks_curves", swept),
+            _said("lacks_narrow", 2 * ROOM / PIXELS),
+            *([_said("lacks_ends", chart.not_followed)] if chart.not_followed else []),
+            _said("lacks_from_rest"),
+        ]
+        return worded_table(self.say, "left_out", "tt", [what.parts(self.templates) for what in lacking])
