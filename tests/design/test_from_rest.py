@@ -15,16 +15,18 @@ from rest_devices import PAPER, device_of, found
 from rest_simulator import outcome
 
 from vireport import analyse, loads
-from vireport.design.from_rest import Destination, Target, from_rest, started
+from vireport.design.from_rest import Destination, Target, from_rest, pressed_outcomes, started
 from vireport.design.outcomes_from_rest import outcomes_at
 from vireport.design.point import motions_at
 from vireport.design.solution import solution_of
 from vireport.design.switched_on import switched_on_at_once
 from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import attractors
-from vireport.simulation.events import BOTTOM, Impact
+from vireport.simulation.events import BOTTOM, Impact, check_model, follow_one
+from vireport.simulation.kernel import RIDING, VELOCITY, WALL
 from vireport.simulation.release import presses
 from vireport.simulation.starts import random_starts, start_speed
 
@@ -253,6 +255,21 @@ def test_from_rest_a_ball_with_friction_comes_to_what_it_does_in_forty_digits(
     for target in targets:
         (own,) = (row[1:3] for row in last if row[0] == "B")
         np.testing.assert_allclose(own, (target.phase % (2 * pi), target.velocity), atol=0.01)
+
+
+def test_a_ball_that_rests_once_at_each_of_two_phases_of_release_goes_on_to_the_motion() -> None:
+    """It rests on its way, and is let go at another phase than before: that is no motion that repeats itself."""
+    device = replace(PAPER, length_m=0.96, amplitude_n=2.94, inclination_deg=30.0, restitution=0.36)
+    device = replace(device, harmonics=(Harmonic.of(2, 62, 303),))
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    (target,) = Target.of(motions_at(device, Parameter.LENGTH)[0])
+    assert [end.destination for _, end in pressed_outcomes(groups, [target], 1, False)] == [Destination.ONE_TO_ONE] * 2
+    walls = []
+    for press in presses(groups):
+        rows, _ = follow_one(check_model(groups)[0], (1.0, 0.0, 0.0, press.release), 200, compiled=False)
+        walls.append(rows[rows[:, RIDING] > 0, WALL].tolist())
+        np.testing.assert_allclose(rows[rows[:, WALL] > 0][-3:, VELOCITY], target.velocity, atol=1e-6)
+    assert [1.0] in walls  # the start itself is none of its rests
 
 
 def test_friction_holds_a_ball_that_the_membrane_would_release() -> None:

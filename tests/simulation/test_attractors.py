@@ -7,6 +7,7 @@ from math import inf, log, pi, radians, sin
 import numpy as np
 import pytest
 
+from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
 from vireport.simulation import cycles
 from vireport.simulation.attractors import SETTLED, Outcome, attractors, diagram, find_attractor
@@ -29,7 +30,8 @@ from vireport.simulation.events import (
     follow_impacts,
     follow_one,
 )
-from vireport.simulation.kernel import PHASE, REST, RIDING, RUNNING, SETTLING, VELOCITY, WALL
+from vireport.simulation.kernel import FLIGHT, PHASE, REST, RIDING, RUNNING, SETTLING, VELOCITY, WALL
+from vireport.simulation.release import presses
 
 INCLINED = 0.1245 * 9.8 * sin(radians(45)) / 3
 CHAOS = (0.2545, 0.3, 0.5)
@@ -235,6 +237,22 @@ def test_a_rest_cycle_of_many_periods_is_no_chaos() -> None:
     for velocity in (0.5, 0.7, 1.0):
         attractor = find_attractor(Groups(d, gbar, 0.5), InFlight(0.0, velocity, 1.0))
         assert (attractor.outcome, attractor.cycle) == (Outcome.STICKING, None)
+
+
+@pytest.mark.parametrize(
+    ("gbar", "r", "sine", "word", "period"), [(0.2, 0.2, 1.0, "B~B~", 3), (0.1, 0.1, -0.8, "BBBB~B~", 6)]
+)
+def test_a_ball_released_at_two_phases_by_turns_rests_twice_in_its_period(gbar, r, sine, word, period) -> None:
+    """A force with a strong second harmonic presses the ball down, and lets it go, twice a forcing period."""
+    groups = Groups(1.0, gbar, r, (Harmonic(2, 0.0, sine),))
+    for press in presses(groups):
+        attractor = find_attractor(groups, Impact(BOTTOM, 0.0, press.release), compiled=False)
+        assert (attractor.outcome, attractor.word, attractor.period) == (Outcome.STICKING, word, period)
+        cycle = attractor.cycle
+        assert cycle is not None
+        # A lap from one release to the next in the other state would take a part of a forcing period.
+        lap = cycle.impacts[:, [FLIGHT, SETTLING, RIDING]].sum()
+        assert lap == pytest.approx(2 * period, abs=1e-12)
 
 
 @pytest.mark.parametrize(

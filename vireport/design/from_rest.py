@@ -25,7 +25,7 @@ from vireport.physics.groups import Groups
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import word_name
 from vireport.simulation.attractors import Outcome, find_attractor
-from vireport.simulation.cycles import SimulatedMotion, attracting, chain_growth, rest_cycle, separation
+from vireport.simulation.cycles import SimulatedMotion, attracting, chain_growth, laps, rest_cycle, separation
 from vireport.simulation.events import BOTTOM, check_model, start_of
 from vireport.simulation.follower import ROUNDINGS, TWINS, Trajectory, twins
 from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL
@@ -309,23 +309,17 @@ def _times(rows: Floats) -> Floats:
 
 
 def rested(ball: Trajectory, ratio: int, released: bool) -> tuple[FromRest, Floats] | None:
-    """The rest cycle, and the impacts to its end, once the ball has come to rest twice on one membrane; else None.
+    """The rest cycle, and the impacts to its end, once a membrane has released the ball twice in one state; else None.
 
     The first row counts where it is the start of a ball that a membrane has `released`.
     """
-    rows = ball.rows
-    resting = (_held(rows) > 0) & np.isfinite(_held(rows))
-    resting[0] |= released
-    for wall in (BOTTOM, -BOTTOM):
-        on_wall = np.flatnonzero(resting & (rows[:, WALL] == wall))
-        if len(on_wall) > 1:
-            way = rows[: on_wall[1] + 1]
-            cycle = rest_cycle(ball.model, way[on_wall[0] + 1 :], ball.compiled)
-            before = ceil(float(_times(rows)[on_wall[0]]))
-            if cycle is None:
-                return FromRest(Destination.REST_CYCLE, settles_after=before), way
-            return FromRest.on(cycle, ratio, before), way
-    return None
+    lap = next(iter(laps(ball.rows, released)), None)
+    if lap is None:
+        return None
+    cycle, way = rest_cycle(ball.model, ball.rows[lap], ball.compiled), ball.rows[: lap.stop]
+    before = ceil(float(_times(way)[lap.start - 1]))
+    end = FromRest(Destination.REST_CYCLE, settles_after=before) if cycle is None else FromRest.on(cycle, ratio, before)
+    return end, way
 
 
 def _arrived(rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromRest, Floats] | None:

@@ -296,7 +296,7 @@ def search(ball: Trajectory, patience: int, budget: int, remembered: list[Simula
         Cycles of the same parameter; those that are new are appended.
     """
     model, compiled, block = ball.model, ball.compiled, BLOCK
-    released_before: set[float] = set()
+    released_before = np.empty((0, 2))
 
     def end(outcome: Outcome, cycle: SimulatedMotion | None, lyapunov: float, distance: float) -> Attractor:
         whole = cycle is not None or outcome in STOPS
@@ -307,11 +307,11 @@ def search(ball: Trajectory, patience: int, budget: int, remembered: list[Simula
         if unresolved(rows):
             return end(Outcome.UNRESOLVED, None, nan, inf)
         near = [cycle for cycle in remembered if cycle.distance(rows[-1]) <= SETTLED]
-        laps = cycles.laps(rows)
-        # All releases from one membrane are one state: a second ride on it, even if the impacts from the first one on
-        # are not kept any more, makes the motion periodic.
-        if not near and (laps or released_before & cycles.released(rows[1:])):
-            rests = (cycles.rest_cycle(model, lap, compiled) for lap in laps)
+        laps, states = cycles.laps(rows), cycles.released(rows[1:])
+        # A second release in one state, even if the impacts from the first one on are not kept any more, makes the
+        # motion periodic.
+        if not near and (laps or cycles.same_release(released_before[:, None], states).any()):
+            rests = (cycles.rest_cycle(model, rows[lap], compiled) for lap in laps)
             cycle = next((cycle for cycle in rests if cycle is not None), None)
             return end(Outcome.STICKING, cycle and _remembered(cycle, remembered), -inf, 0.0)
         cycle = near[0] if near else cycles.approached(model, rows, compiled)
@@ -331,7 +331,7 @@ def search(ball: Trajectory, patience: int, budget: int, remembered: list[Simula
                 return end(Outcome.PERIODIC, cycle, cycle.lyapunov, distance)
         if ball.impacts >= min(patience, budget):
             return end(Outcome.APERIODIC, None, cycles.exponent(model, ball.rows, compiled), inf)
-        released_before |= cycles.released(ball.rows)
+        released_before = np.concatenate([released_before, cycles.released(ball.rows)])
         ball.go_on(min(block, budget - ball.impacts))
         block *= 2
     return end(*STOPPED[ball.status])

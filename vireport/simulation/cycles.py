@@ -20,7 +20,17 @@ from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import Word
-from vireport.simulation.events import as_start, check_model, follow_one, groups_of, harmonics_of, rebounds, rubs
+from vireport.simulation.events import (
+    BOTTOM,
+    TOP,
+    as_start,
+    check_model,
+    follow_one,
+    groups_of,
+    harmonics_of,
+    rebounds,
+    rubs,
+)
 from vireport.simulation.follower import Trajectory, twins
 from vireport.simulation.kernel import (
     FLIGHT,
@@ -51,6 +61,8 @@ STICK_TOL = 1e-6
 LAP_TOL = 1e-2
 # Newton leaves less than this between equal impacts; different impacts of one cycle are further apart.
 SAME = 1e-9
+# Releases this close in phase [rad] are at one zero of the acceleration, which is known to rounding.
+SAME_RELEASE = 1e-6
 # A cycle this far from the impact that suggested it, in phase [rad] and velocity [y_c], is another one.
 REACH = 0.3
 # Closer than this a trajectory is on a cycle, as far as rounding can tell.
@@ -339,25 +351,56 @@ def _determinant(model: Array, lap: Array) -> float:
     return float(bottom ** (2 * struck) * top ** (2 * (len(walls) - struck)))
 
 
-def laps(rows: Array) -> list[Array]:
-    """Impacts of the last lap from each membrane: from a release to the next ride on it, at most one lap for each.
+def laps(rows: Array, released: bool = False) -> list[slice]:
+    """The first lap from each membrane that releases the ball twice in one state, the bottom one first.
 
-    Released from a membrane the ball always moves alike: one lap is enough to know that the motion is periodic. Where
-    so much happens in it that rounding alone decides when the next ride comes, only its cycle cannot be computed.
+    From one state the ball always moves alike: one lap is enough to know that the motion is periodic. Where so much
+    happens in it that rounding alone decides when the next ride comes, only its cycle cannot be computed.
+
+    Parameters
+    ----------
+    rows : array (n, 6)
+        Impacts, see `kernel`.
+    released : bool
+        Whether the first row is the start of a ball that a membrane releases there.
+
+    Returns
+    -------
+    list of slice
+        Rows of each lap: after the impact whose ride ends with the release, up to the next one.
     """
-    rides = _rides(rows)
-    ridden = (rides[rows[rides, WALL] == wall] for wall in (1, -1))
-    return [rows[on_wall[-2] + 1 : on_wall[-1] + 1] for on_wall in ridden if len(on_wall) > 1]
+    rides = _rides(rows, released)
+    if len(rides) < 2:
+        return []
+    states, of_walls = releases(rows[rides]), []
+    again = np.tril(same_release(states[:, None], states), -1)
+    for wall in (BOTTOM, TOP):
+        second = np.flatnonzero(again.any(axis=1) & (states[:, 0] == wall))[:1]
+        of_walls += [slice(rides[np.argmax(again[k])] + 1, rides[k] + 1) for k in second]
+    return of_walls
 
 
-def released(rows: Array) -> set[float]:
-    """The membranes, 1 bottom and -1 top, that release the ball after a ride during some impacts."""
-    return set(rows[_rides(rows), WALL].tolist())
+def _rides(rows: Array, released: bool = False) -> NDArray[np.intp]:
+    """Rows of impacts after which the ball rides on a membrane and is released; parameters are those of `laps`."""
+    rides = (rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING])
+    rides[:1] |= released
+    return np.flatnonzero(rides)
 
 
-def _rides(rows: Array) -> NDArray[np.intp]:
-    """Rows of impacts after which the ball rides on the membrane and is released."""
-    return np.flatnonzero((rows[:, RIDING] > 0) & np.isfinite(rows[:, RIDING]))
+def releases(rows: Array) -> Array:
+    """Wall and phase of the releases, (k, 2), from the k impacts before the rides that they end."""
+    return np.stack([rows[:, WALL], rows[:, PHASE] + pi * (rows[:, SETTLING] + rows[:, RIDING])], axis=1)
+
+
+def released(rows: Array) -> Array:
+    """Wall and phase of all releases, (k, 2), during some impacts."""
+    return releases(rows[_rides(rows)])
+
+
+def same_release(states: Array, others: Array) -> NDArray[np.bool_]:
+    """Whether releases are in one state, by wall and phase: a force with harmonics may have several a period."""
+    late = np.abs(wrapped(states[..., 1] - others[..., 1]))
+    return np.asarray((states[..., 0] == others[..., 0]) & (late < SAME_RELEASE))
 
 
 def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> SimulatedMotion | None:

@@ -10,22 +10,25 @@ from functools import cache
 import numpy as np
 import pytest
 from conftest import solved
+from devices import case
 
 from vireport import analyse, loads
 from vireport.design.solution import Solution
 from vireport.design.switched_on import switched_on_at_once
 from vireport.findings.outcomes.attracting import AttractingMotion, AttractingMotions, attracting_motions
-from vireport.findings.outcomes.returning import core_of, endings
+from vireport.findings.outcomes.returning import Elsewhere, core_of, endings
 from vireport.findings.outcomes.shock import shocked
 from vireport.findings.outcomes.withstood import shocks_around
 from vireport.motions.atlas.families import atlas
 from vireport.motions.sweep import Sweep
 from vireport.motions.switching import Limits
+from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import Attractor, find_attractor
 from vireport.simulation.events import start_of
+from vireport.simulation.release import presses
 from vireport.simulation.starts import random_starts, start_speed
 
 pytest.importorskip("numba")
@@ -81,6 +84,26 @@ def test_shares_of_a_motion_and_a_rest_cycle_are_those_of_starts_simulated_one_b
     assert abs(moving.share - simulated) < 4 * np.sqrt(simulated * (1 - simulated) / 250)
     assert moving.share + resting.share + found.others == pytest.approx(1)
     assert moving.shock.jump * found.velocity_unit == pytest.approx(0.1693971999264 * 3.6 / (2 * 0.1245 * 2), rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("device", "harmonic"),
+    [
+        ({"force": 5.13, "length": 0.43, "inclination": 30, "r": 0.44}, (91, 70)),
+        ({"force": 2.75, "length": 0.89, "inclination": 10, "r": 0.29}, (93, 26)),
+    ],
+)
+def test_balls_that_a_force_with_harmonics_releases_at_two_phases_have_two_futures(device, harmonic) -> None:
+    groups, (motion,), _, _ = case(**device, harmonics=(Harmonic.of(2, *harmonic),))
+    rows = np.zeros((2, 4))
+    rows[:, 0], rows[:, 3] = 1, [press.release - 0.01 for press in presses(groups)]
+    told = endings(groups, rows, [core_of(groups, motion)]).tolist()
+    ends = [find_attractor(groups, start_of(row)) for row in rows]
+    assert [is_at(motion, end) for end in ends] == [True, False]
+    assert ends[1].cycle is not None
+    assert ends[1].cycle.sticks
+    assert told == [0, Elsewhere.RESTS]
 
 
 @pytest.mark.slow

@@ -21,7 +21,8 @@ from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
 from vireport.simulation.attractors import Attractor, find_attractor
-from vireport.simulation.events import as_starts, check_model, follow_impacts, start_of
+from vireport.simulation.cycles import releases, same_release
+from vireport.simulation.events import COLUMNS, as_starts, check_model, follow_impacts, start_of
 from vireport.simulation.kernel import CREEPING, FREE, HELD, PHASE, REST, RIDING, TURN, VELOCITY, WALL
 from vireport.text.formatting import percent
 
@@ -200,22 +201,25 @@ def endings(
 
     Notes
     -----
-    A ball that has ridden on a membrane leaves it at the one phase at which the pressing acceleration changes sign,
-    without velocity: all that ever ride on one membrane share a future, which is followed once.
+    A ball that has ridden on a membrane leaves it at a phase at which the pressing acceleration changes sign, without
+    velocity: all that are released from one membrane at one phase share a future, which is followed once.
     """
-    releases: dict[int, int] = {}
     ends, rode = _followed(groups, starts, cores, workers, compiled)
-    for wall in np.unique(rode[rode != 0]).tolist():
-        ends[rode == wall] = _released(groups, wall, cores, compiled, releases)
+    riding = np.flatnonzero(rode[:, WALL])
+    states = releases(rode[riding])
+    while len(riding):
+        alike = same_release(states, states[0])
+        ends[riding[alike]] = _released(groups, rode[riding[0]], cores, compiled)
+        riding, states = riding[~alike], states[~alike]
     return ends
 
 
 def _followed(
     groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int, compiled: bool
-) -> tuple[Ints, Ints]:
-    """Where starts end, and for those that come to ride on a membrane that membrane, 0 for others."""
+) -> tuple[Ints, Floats]:
+    """Where starts end, and the impacts (n, 6) after which those ride that a membrane then releases, 0 for others."""
     ends = np.full(len(starts), Elsewhere.UNKNOWN, dtype=np.int64)
-    rode = np.zeros(len(starts), dtype=np.int64)
+    rode = np.zeros((len(starts), COLUMNS))
     active, states, model = np.arange(len(starts)), starts, check_model(groups)
     patience, block, used = max((core.patience for core in cores), default=MOST), FIRST, 0
     while len(active) and used < patience:
@@ -228,7 +232,7 @@ def _followed(
             label[core.holds(last)] = k
         rides = (label == Elsewhere.UNKNOWN) & riding.any(axis=1)
         at = np.argmax(riding[rides], axis=1)
-        rode[active[rides]] = rows[rides, at, WALL].astype(np.int64)
+        rode[active[rides]] = rows[rides, at]
         ends[active] = label
         stays = (label == Elsewhere.UNKNOWN) & ~rides & (summary[:, 2] != CREEPING)
         active, states = active[stays], as_starts(last[stays])
@@ -236,18 +240,18 @@ def _followed(
     return ends, rode
 
 
-def _released(groups: Groups[float], wall: int, cores: Sequence[Core], compiled: bool, futures: dict[int, int]) -> int:
-    """Where a ball ends that a membrane has released; one that comes to ride on it again does so for ever."""
-    if wall not in futures:
-        futures[wall] = Elsewhere.RESTS
-        # Without velocity and pressed down, at a phase before the release, it rides until that.
-        pressed = 0.0 if wall > 0 else pi
-        release = np.array([[float(wall), 0.0, 0.0, pressed]])
-        model = check_model(groups)
-        rows, _ = follow_impacts(model, release, 1, None, 1, compiled)
+def _released(groups: Groups[float], ride: Floats, cores: Sequence[Core], compiled: bool) -> int:
+    """Where a ball ends that rides on a membrane after an impact; in rest, if it is released twice in one state."""
+    rides = ride[None]
+    while True:
+        rows, _ = follow_impacts(check_model(groups), as_starts(rides[-1:]), 1, None, 1, compiled)
         ends, rode = _followed(groups, as_starts(rows[:, -1]), cores, 1, compiled)
-        futures[wall] = int(ends[0]) if rode[0] == 0 else _released(groups, int(rode[0]), cores, compiled, futures)
-    return futures[wall]
+        if not rode[0, WALL]:
+            return int(ends[0])
+        rides = np.concatenate([rides, rode])
+        states = releases(rides)
+        if same_release(states[:-1], states[-1]).any():
+            return Elsewhere.RESTS
 
 
 class Recogniser:
