@@ -10,9 +10,10 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base.records import brief
-from vireport.design.from_rest import Destination, FromRest, rested, stopped
+from vireport.design.from_rest import Destination, FromRest, rested
 from vireport.motions.sweep import Sweep
 from vireport.physics.groups import Groups
+from vireport.simulation.attractors import STOPPED
 from vireport.simulation.cycles import SimulatedMotion, attracting
 from vireport.simulation.events import BOTTOM, check_model
 from vireport.simulation.follower import Trajectory
@@ -69,7 +70,7 @@ def _end(groups: Groups[float], ratio: int) -> FromRest:
     for impacts in BLOCKS:
         ball = Trajectory.begun(check_model(groups)[0], start, impacts, compiled=False)
         if not ball.moving:
-            return stopped(ball)
+            return FromRest.without_cycle(STOPPED[ball.status][0])
         if (rest := rested(ball, ratio, released)) is not None:
             return rest[0]
         if (cycle := attracting(ball)) is not None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import StrEnum
-from math import ceil, exp
+from math import ceil, exp, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -24,11 +24,11 @@ from vireport.motions.one_to_one import Motions
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import word_name
-from vireport.simulation.attractors import Outcome, find_attractor
+from vireport.simulation.attractors import STOPPED, Outcome, find_attractor
 from vireport.simulation.cycles import SimulatedMotion, attracting, chain_growth, laps, rest_cycle, separation
 from vireport.simulation.events import BOTTOM, check_model, start_of
 from vireport.simulation.follower import ROUNDINGS, TWINS, Trajectory, twins
-from vireport.simulation.kernel import CREEPING, FLIGHT, PHASE, REST, RIDING, SETTLING, VELOCITY, WALL
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
 from vireport.simulation.release import presses
 
 Floats = NDArray[np.float64]
@@ -165,6 +165,14 @@ class FromRest(Struct, frozen=True):
         kind = Destination.REST_CYCLE if cycle.sticks else moving
         return cls(kind, cycle.word, cycle.period, settles_after, cycle)
 
+    @classmethod
+    def without_cycle(cls, outcome: Outcome, lyapunov: float = nan) -> FromRest:
+        """Of a ball that comes to no cycle that is known, with the Lyapunov exponent of its last impacts."""
+        if outcome is Outcome.REST:
+            return cls(Destination.AT_REST)
+        chaotic = outcome is Outcome.APERIODIC and lyapunov > LEAST_EXPONENT
+        return cls(Destination.CHAOTIC if chaotic else Destination.UNDECIDED, creeping=outcome is Outcome.CREEPING)
+
     @property
     def reached(self) -> bool:
         """Whether it comes to a 1:1 motion."""
@@ -272,19 +280,13 @@ def started(
             break
         ball.go_on(max(BLOCK, len(ball.rows) // 4), whole=True)
     if recognised is None and not ball.moving:
-        return stopped(ball)
+        return FromRest.without_cycle(STOPPED[ball.status][0])
     end, way = recognised or _elsewhere(groups, ball, targets, ratio)
     if again and end.destination is not Destination.CHAOTIC and _lost(ball.model, way, compiled):
         for twin in twins(ball.rows[1], len(TWINS)):
             if started(twin, groups, targets, ratio, compiled, again=False).kind != end.kind:
                 return FromRest(Destination.UNDECIDED)
     return end
-
-
-def stopped(ball: Trajectory) -> FromRest:
-    """What a ball has come to that strikes a membrane no more."""
-    rests = Destination.AT_REST if ball.status == REST else Destination.UNDECIDED
-    return FromRest(rests, creeping=ball.status == CREEPING)
 
 
 def _lost(model: Floats, rows: Floats, compiled: bool) -> bool:
@@ -332,16 +334,15 @@ def _arrived(rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromR
         if target.distance(bottom) < target.radius:
             near = np.abs(wrapped(rows[:, PHASE] - target.phase)) < SETTLED
             near &= np.abs(rows[:, VELOCITY] - target.velocity) < SETTLED * target.velocity
-            first = _settled_at(near | (rows[:, WALL] != BOTTOM))
-            settles = ceil(float(_times(rows)[first])) if first < len(rows) else None
-            return FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles), rows[: first + 1]
+            settles, way = _settled(near | (rows[:, WALL] != BOTTOM), rows)
+            return FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles), way
     return None
 
 
-def _settled_at(near: NDArray[np.bool_]) -> int:
-    """The first of the last impacts that are all near; beyond the last one where that is not."""
-    far = np.flatnonzero(~near)
-    return int(far[-1]) + 1 if len(far) else 0
+def _settled(near: NDArray[np.bool_], rows: Floats) -> tuple[int | None, Floats]:
+    """Forcing periods until all later impacts are `near` a motion, None if the last is not, and impacts until then."""
+    first = int(np.flatnonzero(~near)[-1]) + 1 if not near.all() else 0
+    return ceil(float(_times(rows)[first])) if first < len(rows) else None, rows[: first + 1]
 
 
 def _elsewhere(
@@ -350,13 +351,10 @@ def _elsewhere(
     """The motion that is neither the 1:1 motion known nor a rest cycle, and the impacts until it was settled."""
     budget = BUDGET * (COMPILED if ball.compiled else 1)
     end = find_attractor(groups, start_of(np.array(ball.last)), budget, ball.compiled)
-    cycle = end.cycle
-    if cycle is None:
-        chaotic = end.outcome is Outcome.APERIODIC and end.lyapunov > LEAST_EXPONENT
-        creeping = end.outcome is Outcome.CREEPING
-        return FromRest(Destination.CHAOTIC if chaotic else Destination.UNDECIDED, creeping=creeping), ball.rows
+    if end.cycle is None:
+        return FromRest.without_cycle(end.outcome, end.lyapunov), ball.rows
     ball.go_on(end.impacts, whole=True)
-    return _on(cycle, ball.rows, targets, ratio)
+    return _on(end.cycle, ball.rows, targets, ratio)
 
 
 def _recurred(ball: Trajectory, ratio: int) -> tuple[FromRest, Floats] | None:
@@ -372,12 +370,10 @@ def _recurred(ball: Trajectory, ratio: int) -> tuple[FromRest, Floats] | None:
 
 def _on(cycle: SimulatedMotion, rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromRest, Floats]:
     """A motion that the last impacts are on, and the impacts until it was settled."""
-    first = _settled_at(_near(cycle, rows))
-    settles = ceil(float(_times(rows)[first])) if first < len(rows) else None
-    end = FromRest.on(cycle, ratio, settles)
+    settles, way = _settled(_near(cycle, rows), rows)
     if _flips_slowly(cycle, targets, ratio):
-        end = FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles, cycle)
-    return end, rows[: first + 1]
+        return FromRest(Destination.ONE_TO_ONE, "BT", ratio, settles, cycle), way
+    return FromRest.on(cycle, ratio, settles), way
 
 
 def _flips_slowly(cycle: SimulatedMotion, targets: Sequence[Target], ratio: int) -> bool:
