@@ -15,11 +15,12 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 
 from vireport import analyse, load, loads
+from vireport.base.boxes import Boxes
 from vireport.base.errors import UsageError
 from vireport.cli.app import main
 from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import UNSTABLE, classify
-from vireport.optimise.bound import Boxes, _bounds, largest_value, picture_of
+from vireport.optimise.bound import _bounds, largest_value, picture_of
 from vireport.optimise.cells import AT_FOLD, corner_slack, evaluate
 from vireport.optimise.evolution import evolve
 from vireport.optimise.grid import JudgedDesign, grid_of

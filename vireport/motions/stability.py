@@ -134,17 +134,21 @@ def return_trace(orbit: Orbits, r: Any) -> Any:
     return product_trace(flight_jacobians(orbit, r))
 
 
-def product_trace(flights: Sequence[Jacobian]) -> Any:
-    """Trace of the product of the Jacobians of flights, the first flight on the right."""
+def lap_jacobian(flights: Sequence[Jacobian]) -> Jacobian:
+    """Product of the Jacobians of flights, the first flight on the right."""
     first = flights[0]
-    # Written out, not as matrices: the entries may be decimals, balls, or numbers that carry their error. Of the last
-    # product only the diagonal is needed.
-    for a, b, c, d in flights[1:-1]:
+    # Written out, not as matrices: the entries may be decimals, balls, or numbers that carry their error.
+    for a, b, c, d in flights[1:]:
         e, f, g, h = first
         first = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+    return first
+
+
+def product_trace(flights: Sequence[Jacobian]) -> Any:
+    """Trace of the product of the Jacobians of flights, of the last factor of which the diagonal is enough."""
     if len(flights) == 1:
-        return first[0] + first[3]
-    (e, f, g, h), (a, b, c, d) = first, flights[-1]
+        return flights[0][0] + flights[0][3]
+    (e, f, g, h), (a, b, c, d) = lap_jacobian(flights[:-1]), flights[-1]
     return a * e + b * g + c * f + d * h
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.base.boxes import Boxes
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits, orbits
 from vireport.motions.stability import lap_decay, return_trace
@@ -73,53 +74,6 @@ ROUNDING = 1e-9
 """Share by which ranges of d and gbar, and values against limits, are widened."""
 
 
-class Boxes(Struct, frozen=True, eq=False):
-    """Boxes in some coordinates: each holds all points from its `low` to its `high`, ends included.
-
-    What is cut from boxes covers them again, so that what none of them holds was left out by a proof.
-
-    Attributes
-    ----------
-    low, high : ndarray, shape (coordinates, k)
-        In each coordinate low is at most high.
-    """
-
-    low: Floats
-    high: Floats
-
-    @staticmethod
-    def grid(*ends: Floats) -> Boxes:
-        """The boxes between neighbouring values of each coordinate."""
-        parts = [tuple(at[part] for at in ends) for part in (slice(-1), slice(1, None))]
-        low, high = (np.stack(np.meshgrid(*part, indexing="ij")).reshape(len(ends), -1) for part in parts)
-        return Boxes(low, high)
-
-    @property
-    def count(self) -> int:
-        """Number of boxes."""
-        return int(self.low.shape[1])
-
-    def __getitem__(self, rows: Any) -> Boxes:
-        return Boxes(self.low[:, rows], self.high[:, rows])
-
-    def halved(self, axes: Ints) -> Boxes:
-        """Both halves of each, one after the other, cut across a coordinate of its own."""
-        low, high = np.repeat(self.low, 2, axis=1), np.repeat(self.high, 2, axis=1)
-        rows, lower_half = np.arange(self.count), 2 * np.arange(self.count)
-        high[axes, lower_half] = low[axes, lower_half + 1] = (self.low[axes, rows] + self.high[axes, rows]) / 2
-        return Boxes(low, high)
-
-    def cut(self) -> Boxes:
-        """The parts of all, cut in half across every coordinate."""
-        low, high = self.low, self.high
-        for axis in range(len(low)):
-            middle = (low[axis] + high[axis]) / 2
-            upper, lower = low.copy(), high.copy()
-            upper[axis], lower[axis] = middle, middle
-            low, high = np.hstack([low, upper]), np.hstack([lower, high])
-        return Boxes(low, high)
-
-
 class PixelPicture(Struct, frozen=True, eq=False):
     """A picture of where stable motions may be, in pixels of (log d, gbar).
 
@@ -173,9 +127,9 @@ def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
     u, phi = np.linspace(-0.5, 0.5, TILES * n + 1), np.linspace(0, 2 * np.pi * (1 + ROUNDING), TILES * n + 1)
     tiles, tiles_so_far = Boxes.grid(u, phi), 0
     # At any time a stable motion lies over a tile that is left, or in a pixel that is drawn with its speeds.
-    while tiles.count:
-        tiles_so_far += tiles.count
-        blocks = [tiles[first : first + BLOCK] for first in range(0, tiles.count, BLOCK)]
+    while len(tiles):
+        tiles_so_far += len(tiles)
+        blocks = [tiles[first : first + BLOCK] for first in range(0, len(tiles), BLOCK)]
         parts = [_drawn(picture, block, r, n, last=tiles_so_far > MOST_TILES) for block in blocks]
         tiles = Boxes(*(np.hstack([getattr(part, end) for part in parts]) for end in ("low", "high")))
     return picture
@@ -183,7 +137,7 @@ def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
 
 def _drawn(picture: PixelPicture, tiles: Boxes, r: Any, n: int, last: bool) -> Boxes:
     """Draw the tiles that are small enough; both halves of the others that may have a stable motion."""
-    restitution = map_restitution(r, lambda at: between(np.full(tiles.count, at), np.full(tiles.count, at), 0, SYMBOLS))
+    restitution = map_restitution(r, lambda at: between(np.full(len(tiles), at), np.full(len(tiles), at), 0, SYMBOLS))
     times, phases = (between(tiles.low[i], tiles.high[i], i, SYMBOLS) for i in (0, 1))
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
         orbit = orbits(times, phases, restitution, n, AFFINE)
@@ -276,7 +230,7 @@ def largest_value(problem: Problem, best: float) -> float | None:
         above = float(bound.max(initial=best)) - best
         if not bound.size or above > LEAST_GAIN * before:
             break
-        while boxes.count * 2**axes <= MOST_BOXES / 4 or boxes.count == len(bound):
+        while len(boxes) * 2**axes <= MOST_BOXES / 4 or len(boxes) == len(bound):
             boxes = boxes.cut()
     most = max(done, float(bound.max(initial=-np.inf)))
     return most if np.isfinite(most) else None
@@ -315,7 +269,7 @@ def _bounds(
             looked_up = picture if together else drawn([place], rows)
             flies[rows] = looked_up.over(place.boxes[rows])[0][0] > 0
         excluded.append(rows.size - np.count_nonzero(flies[rows]))
-    bound = np.full(boxes.count, -np.inf)
+    bound = np.full(len(boxes), -np.inf)
     rows = np.flatnonzero(flies)
     with np.errstate(all="ignore"):  # no impacts, no efficiency
         value, meets = _values(problem, boxes[rows], fastest[:, rows], slowest[:, rows])
@@ -326,7 +280,7 @@ def _bounds(
 def _place(problem: Problem, designs: Boxes, varied: DesignInput | None, factor: float) -> _Place:
     """The (log d, gbar) of boxes of designs with an input off by a factor."""
     falls = np.array([path == FALLING for path in problem.paths])[:, None]
-    ends, count, (low, high) = [], designs.count, (designs.low, designs.high)
+    ends, count, (low, high) = [], len(designs), (designs.low, designs.high)
     applies = np.ones(count, dtype=bool)
     # The groups are monotonic in every input, so that two opposite corners of a box enclose them.
     for t in (np.where(falls, high, low), np.where(falls, low, high)):

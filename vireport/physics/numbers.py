@@ -3,7 +3,7 @@
 A formula takes its numbers and, as `ops`, what provides `pi`, `sin` and `cos` for their kind; the crossing from and to
 SI units in `device` also takes `exact` (a double as such a number), `sqrt`, `sin_degrees` and `arcsin_degrees` from it.
 Three kinds are here: doubles, decimals as long as a critical point needs them, and doubles that carry a bound of their
-rounding error. Affine numbers are in `affine`; balls are in `vireport.proofs`, because they need a package.
+rounding error. Affine numbers are in `affine`; balls are in `study.checks.enclosures`, because they need a package.
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ def test_a_free_capsule_has_its_mass_for_itself(example) -> None:
     corners = region.devices(region.corners)
     for one, other in zip(*(x.groups(Parameter.LENGTH, x.length_m)[:3] for x in (ends, corners)), strict=True):
         assert (one.min(), one.max()) == pytest.approx((other.min(), other.max()), rel=1e-14)
-    low, high, _ = region.faces
+    low, high = region.faces[0].low, region.faces[0].high
     boxes, rng = region.groups(low, high), np.random.default_rng(5)
     for _ in range(40):
         inside = low + (high - low) * rng.random(low.shape)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
+
+from vireport.base.boxes import Boxes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -16,26 +17,19 @@ PROVED, OPEN = -1, -2
 """Codes of cells that are not halved; that of a halved one is the number of the coordinate along which it is."""
 
 
-class Cells(Struct, frozen=True, eq=False):
-    """Rectangles of two coordinates.
+class Cells(Boxes, frozen=True, eq=False):
+    """Rectangles of two coordinates, each about an impact of a motion.
 
     Attributes
     ----------
-    low, high : ndarray (2, k)
-        Ends of each coordinate.
     impact : ndarray of int (k,)
-        The impact of a motion that each cell is about.
+        The number of that impact.
     """
 
-    low: Floats
-    high: Floats
     impact: Ints
 
     def __getitem__(self, rows: Ints | Mask | slice) -> Cells:
         return Cells(self.low[:, rows], self.high[:, rows], self.impact[rows])
-
-    def __len__(self) -> int:
-        return len(self.impact)
 
     @property
     def smallest(self) -> Floats:
@@ -47,13 +41,10 @@ class Cells(Struct, frozen=True, eq=False):
         """Area of each rectangle, the product of its sides."""
         return np.asarray(np.prod(self.high - self.low, axis=0))
 
-    def halves(self, coordinate: Ints) -> Cells:
-        """Both halves of each cell along a coordinate (k,), the lower one first: (2 k) cells."""
-        low, high = np.repeat(self.low, 2, axis=1), np.repeat(self.high, 2, axis=1)
-        lower = 2 * np.arange(len(coordinate))
-        middle = (low[coordinate, lower] + high[coordinate, lower]) / 2
-        high[coordinate, lower] = low[coordinate, lower + 1] = middle
-        return Cells(low, high, np.repeat(self.impact, 2))
+    def halved(self, axes: Ints) -> Cells:
+        """Both halves of each, about the same impact."""
+        halves = Boxes(self.low, self.high).halved(axes)
+        return Cells(halves.low, halves.high, np.repeat(self.impact, 2))
 
 
 class Halving:
@@ -78,7 +69,7 @@ class Halving:
         """Halve some cells along a coordinate each; returns the numbers of their halves."""
         new = len(self.code) + np.arange(2 * len(rows))
         self.code[rows], self._child[rows] = coordinate, new[::2]
-        self.cells = joined_cells([self.cells, self.cells[rows].halves(coordinate)])
+        self.cells = joined_cells([self.cells, self.cells[rows].halved(coordinate)])
         self.code = np.concatenate([self.code, np.full(len(new), OPEN)])
         self._child = np.concatenate([self._child, np.zeros(len(new), np.intp)])
         return new
@@ -117,4 +108,4 @@ def generations(first: Cells, codes: Ints) -> Iterator[tuple[Cells, Ints]]:
         if len(code) < len(cells) or (code > 1).any() or (code < OPEN).any():
             raise ValueError("the cells of the proof are not complete")
         yield cells, code
-        cells = cells[code >= 0].halves(code[code >= 0])
+        cells = cells[code >= 0].halved(code[code >= 0])

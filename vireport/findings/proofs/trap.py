@@ -27,7 +27,7 @@ from vireport.findings.proofs.flights import (
     restitutions,
     simulated,
 )
-from vireport.motions.stability import flight_jacobian
+from vireport.motions.stability import Jacobian, flight_jacobian, lap_jacobian
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
@@ -206,23 +206,18 @@ def around(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine
         yield before, at
 
 
-def lap_derivative(groups: Groups[float], motion: Motion, time: Affine, velocity: Affine, compiled: bool) -> Any:
+def lap_derivative(
+    groups: Groups[float], motion: Motion, time: Affine, velocity: Affine, compiled: bool
+) -> Jacobian | None:
     """Enclosures of the derivative of the return map over sets, its entries row by row; None if one is not proved."""
-    exactly, lap = enclosed(groups), None
+    exactly, flights = enclosed(groups), list[Jacobian]()
     for before, at in around(groups, motion, time, velocity, compiled):
         if not at.proved.all():
             return None
         start, end = (exactly.pull(AFFINE.cos(AFFINE.pi * impacts.time)) for impacts in (before, at))
         r = restitutions(groups, before.wall)
-        a, b, c, d = flight_jacobian(at.duration, (before.velocity, at.velocity), (start, end), r)
-        lap = (a, b, c, d) if lap is None else _product((a, b, c, d), lap)
-    return lap
-
-
-def _product(left: Any, right: Any) -> Any:
-    """Product of two matrices, each as its four entries row by row."""
-    (a, b, c, d), (e, f, g, h) = left, right
-    return a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+        flights.append(flight_jacobian(at.duration, (before.velocity, at.velocity), (start, end), r))
+    return lap_jacobian(flights)
 
 
 def norm_bound(metric: Floats, derivative: Any) -> float:

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
+from vireport.base.boxes import Boxes
 from vireport.base.records import brief
 from vireport.design.devices import Floats, Ints, Mask, stable_motions
 from vireport.findings.tolerances.region import OTHER_SYMBOLS, Region
@@ -64,14 +65,14 @@ TIME_PARTS, HALVINGS = 8, 7
 """Parts of a flight for each forcing period, and how often one is halved before it is left open."""
 
 
-def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mask, Floats]:
+def prove(region: Region, boxes: Boxes, guess: Floats) -> tuple[Mask, Floats]:
     """Prove of boxes that each of their devices has a stable motion near a guess.
 
     Parameters
     ----------
     region : Region
-    low, high : ndarray, shape (factors, k)
-        Ends of the boxes, as shares of the region.
+    boxes : Boxes
+        In shares of the region, (factors, k).
     guess : ndarray, shape (3, k)
         q - 1/2, phase and velocity at the bottom of a motion at the middle of each.
 
@@ -88,7 +89,7 @@ def prove(region: Region, low: Floats, high: Floats, guess: Floats) -> tuple[Mas
     """
     n = region.design.of_sine("a proof over tolerances").period_ratio
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
-        d, gbar, r = region.groups(low, high)
+        d, gbar, r = region.groups(boxes.low, boxes.high)
         mapped, orbit, moved = _tube(d, gbar, r, n, guess)
         trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](lap_decay(r))
         lossy = np.logical_and.reduce([of_wall.upper < 1 for of_wall in by_wall(r)])
@@ -244,17 +245,17 @@ class Proof(Struct, frozen=True, eq=False):
 
 def prove_region(region: Region) -> Proof:
     """Halve a region until each part is proved to have stable motions, or there is a device that has none."""
-    low, high, share = region.faces
+    boxes, share = region.faces
     generations: list[Ints] = []
     motions, left, failing = [np.empty((3, 0))], 0.0, None
-    while low.size:
-        middle = (low + high) / 2
+    while len(boxes):
+        middle = (boxes.low + boxes.high) / 2
         cell, orbit = stable_motions(region.devices(middle), BORDER)
         # First the middle of each box, at the price of one solution: a device without stable motion settles the whole
         # region.
-        lacking = np.setdiff1d(np.arange(low.shape[1]), cell)
+        lacking = np.setdiff1d(np.arange(len(boxes)), cell)
         failing = middle[:, lacking[0]] if lacking.size else None
-        halved, centres = _halved(region, low, high, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
+        halved, centres = _halved(region, boxes, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
         generations.append(halved)
         ahead = 2 * np.count_nonzero(halved >= 0)
         ends = failing is not None or len(generations) == DEEPEST
@@ -262,7 +263,7 @@ def prove_region(region: Region) -> Proof:
             halved[halved != Leaf.PROVED] = Leaf.OPEN
         motions.append(centres)
         left += float(share[halved == Leaf.OPEN].sum())
-        low, high, share = halves(low, high, share, halved)
+        boxes, share = _halves(boxes, share, halved)
     return Proof(np.concatenate(generations), np.concatenate(motions, axis=1), left + float(share.sum()), failing)
 
 
@@ -280,29 +281,29 @@ def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
     ValueError
         If there are not as many boxes or motions as it takes.
     """
-    low, high, share = region.faces
+    boxes, share = region.faces
     done, missing, open_share = 0, False, 0.0
-    while low.size:
-        halved, generation = halved[low.shape[1] :], halved[: low.shape[1]]
+    while len(boxes):
+        halved, generation = halved[len(boxes) :], halved[: len(boxes)]
         # Where the boxes are follows from how they are halved: it is not read, so that no proof can leave out a part.
         rows = np.flatnonzero(generation == Leaf.PROVED)
         guess = motions[:, done : (done := done + len(rows))]
-        if len(generation) < low.shape[1] or guess.shape[1] < len(rows) or generation.max() >= region.factors:
+        if len(generation) < len(boxes) or guess.shape[1] < len(rows) or generation.max() >= region.factors:
             raise ValueError("the boxes of the proof are not complete")
-        holds, _ = prove(region, low[:, rows], high[:, rows], guess)
+        holds, _ = prove(region, boxes[rows], guess)
         lacking = generation < 0
         lacking[rows] = ~holds
         missing, open_share = missing or bool(lacking.any()), open_share + float(share[lacking].sum())
-        low, high, share = halves(low, high, share, generation)
+        boxes, share = _halves(boxes, share, generation)
     return 1.0 if not missing else min(1 - open_share, np.nextafter(1.0, 0.0))
 
 
-def _halved(region: Region, low: Floats, high: Floats, cell: Ints, motions: Floats) -> tuple[Ints, Floats]:
+def _halved(region: Region, boxes: Boxes, cell: Ints, motions: Floats) -> tuple[Ints, Floats]:
     """What becomes of each box: a factor to halve it along or `Leaf.PROVED`, and the motions of those proved."""
-    halved, centres = np.zeros(low.shape[1], dtype=np.intp), np.empty((3, low.shape[1]))
+    halved, centres = np.zeros(len(boxes), dtype=np.intp), np.empty((3, len(boxes)))
     for first in range(0, len(cell), BLOCK):
         which, motion = cell[first : first + BLOCK], motions[:, first : first + BLOCK]
-        holds, moved = prove(region, low[:, which], high[:, which], motion)
+        holds, moved = prove(region, boxes[which], motion)
         unproved = halved[which] != Leaf.PROVED  # by another of its motions
         halved[which[unproved]] = np.nan_to_num(moved).argmax(axis=0)[unproved]
         halved[which[holds]] = Leaf.PROVED
@@ -310,11 +311,7 @@ def _halved(region: Region, low: Floats, high: Floats, cell: Ints, motions: Floa
     return halved, centres[:, halved == Leaf.PROVED]
 
 
-def halves(low: Floats, high: Floats, share: Floats, halved: Ints) -> tuple[Floats, Floats, Floats]:
-    """The next generation of boxes: both halves of each that is halved, the lower one first."""
-    which = np.flatnonzero(halved >= 0)
-    low, high = (np.repeat(ends[:, which], 2, axis=1) for ends in (low, high))
-    factor, lower = halved[which], 2 * np.arange(len(which))
-    middle = (low[factor, lower] + high[factor, lower]) / 2
-    high[factor, lower] = low[factor, lower + 1] = middle
-    return low, high, np.repeat(share[which] / 2, 2)
+def _halves(boxes: Boxes, share: Floats, halved: Ints) -> tuple[Boxes, Floats]:
+    """The next generation of boxes, and their shares of the volume: both halves of each that is halved."""
+    which = halved >= 0
+    return boxes[which].halved(halved[which]), np.repeat(share[which] / 2, 2)

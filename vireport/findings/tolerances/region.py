@@ -9,6 +9,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base.boxes import Boxes
 from vireport.base.records import brief
 from vireport.design.devices import FACTOR_OF, Floats, factor_of
 from vireport.physics.affine import AFFINE, Affine, between
@@ -107,8 +108,8 @@ class Region(Struct, frozen=True, eq=False):
         return d, self.design.gravity_m_s2 * mass_over_force * sine, restitution
 
     @property
-    def faces(self) -> tuple[Floats, Floats, Floats]:
-        """Boxes that have all of the region's (d, gbar, r): ends as shares, (factors, k), and parts of the whole, (k,).
+    def faces(self) -> tuple[Boxes, Floats]:
+        """Boxes in shares that have all of the region's (d, gbar, r), and their parts of the whole, (k,).
 
         M/F scaled up and s f^2 and sin(beta) scaled down alike leave d and gbar as they are, until one of the three is
         at that end of its range. So the three faces on which one of them is have all there is, and one dimension less;
@@ -121,7 +122,7 @@ class Region(Struct, frozen=True, eq=False):
         low, high = np.zeros((self.factors, len(fixed))), np.ones((self.factors, len(fixed)))
         low[fixed, range(len(fixed))] = high[fixed, range(len(fixed))] = np.equal(fixed, 0)
         if len(fixed) == 1:
-            return low, high, np.ones(1)
+            return Boxes(low, high), np.ones(1)
         ends = self.devices(np.tile([0.0, 1.0], (self.factors, 1)))
         (mass, length, sine), (to_mass, to_length, to_sine) = np.transpose(
             [
@@ -138,7 +139,7 @@ class Region(Struct, frozen=True, eq=False):
                 sine * squares * (to_length - length),
             ]
         )
-        return low, high, areas / areas.sum()
+        return Boxes(low, high), areas / areas.sum()
 
 
 def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Region:
