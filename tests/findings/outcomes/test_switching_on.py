@@ -60,6 +60,22 @@ def test_a_force_with_harmonics_presses_and_leaves_the_ball_as_its_pull_says() -
     assert several > 5
 
 
+def test_intervals_of_pressure_and_without_it_follow_one_another_and_fill_the_period() -> None:
+    """Also where the acceleration of a ball at rest only touches zero, as of cos x + cos(2x)/2 at half the force."""
+    rng = np.random.default_rng(5)
+    forces = [(), *((Harmonic.of(2, 50.0, phase),) for phase in (0.0, 180.0))]
+    forces += [tuple(Harmonic.of(j, rng.uniform(0, 60), rng.uniform(0, 360)) for j in (2, 3)) for _ in range(20)]
+    for harmonics in forces:
+        for gravity in (0.5, rng.uniform(0, 0.7)):
+            intervals = presses(Groups(0.5, gravity, 0.5, harmonics))
+            assert intervals
+            assert intervals == sorted(intervals)
+            assert sum(2 * pi * press.share + press.free for press in intervals) == pytest.approx(2 * pi)
+            for press, following in zip(intervals, [*intervals[1:], *intervals[:1]], strict=True):
+                begin = following.release - 2 * pi * following.share
+                assert np.exp(1j * (press.release + press.free)) == pytest.approx(np.exp(1j * begin), abs=1e-9)
+
+
 @pytest.mark.parametrize(("force", "least", "most"), [(3.0, 1.0, 1.0), (3.6, 0.2, 0.26), (4.5, 1.0, 1.0)])
 def test_the_share_of_switch_on_moments_is_that_of_starts_simulated_one_by_one(force, least, most) -> None:
     """A ball that is not pressed down when the force sets in leaves at another phase than one that comes to rest: where

@@ -7,7 +7,7 @@ second way gives it to the last digit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import inf, pi
 from typing import NamedTuple
@@ -255,7 +255,8 @@ def least_shock(
         for _ in range(ROUNDS):
             if leads_out is None:
                 break
-            by_search = search.descended(leads_out, spacing)
+            duration = float(search.durations[leads_out.impact])
+            by_search = descended(search.leads_out, leads_out, spacing, duration, effort)
             by_search, exact, companion = search.on_manifold(by_search, companions)
             leads_out, spacing = search.below(exact or by_search)
         patience = search.cores[0].patience
@@ -285,6 +286,74 @@ def least_shock(
         search.tried,
         patience,
     )
+
+
+class Descent(NamedTuple):
+    """Where a search for the least shock stands, of one sign and after one impact.
+
+    Invariant: the shock of this `size` after this `delay` leads out, and no smaller one that was tried does.
+
+    Attributes
+    ----------
+    size, delay : float
+        [y_c], [t_c].
+    depth : float
+        How far below the size the next step looks; 0 where nothing is left to look through.
+    wander : float
+        Time to either side of the delay at which it looks.
+    """
+
+    size: float
+    delay: float
+    depth: float
+    wander: float
+
+
+LeadOut = Callable[[int, Floats, Floats], NDArray[np.bool_]]
+"""Tells of shocks after an impact, by delays and signed jumps, which lead out."""
+
+
+def descended(leads_out: LeadOut, shock: Shock, spacing: float, duration: float, effort: Effort) -> Shock:
+    """The least shock near one that leads out, of its sign and after its impact.
+
+    Parameters
+    ----------
+    leads_out : callable
+    shock : Shock
+        One that leads out.
+    spacing : float
+        How far below it others were tried [y_c].
+    duration : float
+        Flight time after the impact [t_c].
+    effort : Effort
+    """
+    size = abs(shock.jump)
+    at = Descent(size, shock.delay, min(spacing, size), duration / (effort.moments + 1))
+    while at.depth > max(effort.width * at.size, SETTLED):
+        at = _lower(leads_out, shock, at, duration, effort.zoom)
+    return Shock(shock.impact, at.delay, float(np.sign(shock.jump)) * at.size)
+
+
+def _lower(leads_out: LeadOut, shock: Shock, at: Descent, duration: float, count: int) -> Descent:
+    """One step of the descent: `count` sizes below, the largest of which is that of the shock itself."""
+    bottom = max(at.size - at.depth, 0.0)
+    sizes = bottom + (at.size - bottom) * np.arange(1, count + 1) / count
+    # Just after an impact the edge is lowest unless it is folded; from a later moment it is sought both ways.
+    delays = at.delay + (at.wander * np.linspace(-1, 1, 5) if at.delay > 0 else np.zeros(1))
+    delays = np.clip(delays, 0.0, duration * (1 - 1e-9))
+    tried, moments = (grid.ravel() for grid in np.meshgrid(sizes, delays, indexing="ij"))
+    out = np.flatnonzero(leads_out(shock.impact, moments, float(np.sign(shock.jump)) * tried))
+    size, delay, at_bottom = at.size, at.delay, False
+    if len(out):
+        least = int(out[0]) // len(delays)
+        rows = out[out // len(delays) == least]
+        delay = float(moments[rows[np.argmin(np.abs(moments[rows] - delay))]])
+        size, at_bottom = float(sizes[least]), least < count // 8
+    # Below the least there may be narrow bands between the samples: room for some is kept. Where all lead out, the edge
+    # is farther down than was thought: steps as small as these would take for ever.
+    depth = WIDER * at.depth if at_bottom else at.depth / 8 + (size - bottom) / count
+    ended = not at_bottom and depth <= (size - bottom) / count * 2
+    return Descent(size, delay, 0.0 if ended else depth, at.wander / 2)
 
 
 class _Search:
@@ -324,40 +393,6 @@ class _Search:
                     effort.after, effort.levels
                 )
         return None, 0.0
-
-    def descended(self, leads_out: Shock, spacing: float) -> Shock:
-        """The least shock near one that leads out, of its sign and after its impact.
-
-        At any time the shock (`high`, `delay`) leads out, and was the least of all that were tried. What is looked
-        through below it is `width` deep: it shrinks while the samples find nothing much smaller, and grows again where
-        all of them lead out.
-        """
-        impact, delay, jump = leads_out
-        sign, high = float(np.sign(jump)), abs(jump)
-        duration, count = float(self.durations[impact]), self.effort.zoom
-        width, wander = min(spacing, high), duration / (self.effort.moments + 1)
-        while width > max(self.effort.width * high, SETTLED):
-            low = max(high - width, 0.0)
-            sizes = low + (high - low) * np.arange(1, count + 1) / count
-            # Just after an impact the edge is lowest unless it is folded; from a later moment it is sought both ways.
-            delays = delay + (wander * np.linspace(-1, 1, 5) if delay > 0 else np.zeros(1))
-            delays = np.clip(delays, 0.0, duration * (1 - 1e-9))
-            size, moment = (grid.ravel() for grid in np.meshgrid(sizes, delays, indexing="ij"))
-            out = np.flatnonzero(self.leads_out(impact, moment, sign * size))
-            if len(out):
-                first = int(out[0]) // len(delays)
-                rows = out[out // len(delays) == first]
-                delay = float(moment[rows[np.argmin(np.abs(moment[rows] - delay))]])
-                high, low_down = float(sizes[first]), first < count // 8
-            else:
-                low_down = False
-            # Below the first that leads out there may be narrow bands between the samples: room for some is kept. Where
-            # all do, the edge is farther down than was thought: steps as small as these would take for ever.
-            width = WIDER * width if low_down else width / 8 + (high - low) / count
-            wander /= 2
-            if not low_down and width <= (high - low) / count * 2:
-                break
-        return Shock(impact, delay, sign * high)
 
     def on_manifold(self, near: Shock, companions: Sequence[Motion]) -> tuple[Shock, Shock | None, Motion | None]:
         """A shock at the edge by the stable manifold of a companion, if that is where the edge is.
