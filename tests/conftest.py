@@ -19,7 +19,7 @@ import pytest
 from browser import Browser
 from hypothesis import settings
 
-from vireport.base.additions import ADDITIONS
+from vireport.base.additions import ADDITIONS, ROWS
 from vireport.base.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ OF_ADDITIONS = {
     "bench/test_session.py": {"driven"},
     "study/judging/test_alerts.py": {"driven"},
     "map/cells/test_map_evaluation.py": {"outcomes"},
+    "map/cells/test_map_report.py": {"outcomes"},
     "measurement/test_records.py": {"identify"},
     "measurement/test_signals.py": {"identify", "tolerances"},
     "report/test_in_a_browser.py": {"compare", "identify", "map", "optimise"},
@@ -71,6 +72,7 @@ OF_ADDITIONS = {
     "study/test_runs_with_falling_restitution.py": {"checks", "membranes", "outcomes", "tolerances"},
     "study/test_runs_with_friction.py": {"certificates", "checks", "map", "membranes", "tolerances"},
     "study/test_runs_with_harmonics.py": {"certificates", "checks", "map", "membranes", "tolerances"},
+    "test_read_back.py": set(ROWS),
     "test_shown.py": {"compare", "map", "optimise", "outcomes", "proofs", "tolerances"},
     "test_shown_digits.py": {"tolerances"},
     "text/test_words.py": {"compare", "identify", "map"},

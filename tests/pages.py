@@ -1,11 +1,37 @@
-"""An HTML page as the tests read it: its text, headings, attributes and tables."""
+"""An HTML page as the tests read it: its text, headings, attributes and tables; and what it says as it is kept."""
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Sequence
+from difflib import unified_diff
+from html import unescape
 from html.parser import HTMLParser
+from itertools import takewhile
+from pathlib import Path
 
 from msgspec import Struct, field
+
+KEPT = Path(__file__).parent / "read"
+"""What pages say, a file for each."""
+
+UNREAD = re.compile(r"<(style|script|pre|nav|head)\b.*?</\1>", re.DOTALL)
+"""What is no sentence, and what stands elsewhere on the page."""
+
+DRAWING = re.compile(r"<svg\b(.*?)>(.*?)</svg>", re.DOTALL)
+BLOCK = re.compile(
+    r"</?(h\d|p|li|caption|tr|table|figcaption|div|dt|dd|summary|ul|dl|header|footer|a|figure|text)\b[^>]*>"
+)
+
+UNSTEADY = {
+    r"\b(?<!\.)[0-9a-f]{16,64}\b": "(digest)",
+    r"(\| (vireport|Python|Libraries|Command) \| ).*": r"\1(of this run)",
+    r"vireport \d[\w.]*": "vireport (version)",
+    r"\d(\.\d+)? × 10⁻1\d": "(rounding)",
+    r"\d(\.\d+)? × 10⁻¹\S": "(rounding)",
+}
+"""What depends on the machine, or on the day."""
 
 INLINE = ("a", "b", "code", "em", "span", "strong", "sub")
 VOID = ("meta", "link", "img", "br")
@@ -46,6 +72,7 @@ class Page(HTMLParser):
         self.of_facts = False
         self.said: list[list[str]] = []
         self.tiles: list[list[str]] = []
+        self.data = data
         self.feed(data.decode("utf-8"))
         self.text = tidy("".join(self.parts))
 
@@ -98,3 +125,63 @@ class Page(HTMLParser):
 
     def attributes(self, name: str) -> list[str]:
         return [attributes[name] or "" for _, attributes in self.tags if name in attributes]
+
+
+def lines_of(page: bytes) -> list[str]:
+    """What a page says, line by line: a row of a table is one, and so is what stands in a figure for who cannot see."""
+    text = UNREAD.sub("", page.decode("utf-8"))
+    text = DRAWING.sub(in_words, text)
+    text = re.sub(r"<(?!svg\b)[^>]* aria-label=\"(.*?)\"[^>]*>", r"<p>\1</p>", text)
+    text = re.sub(r"<t[dh]\b[^>]*>", " | ", text)
+    text = re.sub(r"<[^>]*>", "", BLOCK.sub("\n", text))
+    lines = map(tidy, unescape(text).replace("\u2060", "").replace("\u00ad", "").split("\n"))
+    return [line for line in lines if line]
+
+
+def in_words(drawing: re.Match[str]) -> str:
+    """What stands for a figure in words, and the words in it."""
+    alternative = [label.replace("<", "&lt;") for label in re.findall('aria-label="(.*?)"', drawing[1])]
+    labels = [
+        tidy(label) for label in re.findall(r"<text\b[^>]*>(.*?)</text>", drawing[2]) if re.search("[a-z]{2}", label)
+    ]
+    return "".join(f"<p>{line}</p>" for line in (*alternative, " | ".join(labels)))
+
+
+def steady(line: str) -> str:
+    """A line without what depends on the machine, or on the day."""
+    for pattern, instead in UNSTEADY.items():
+        line = re.sub(pattern, instead, line)
+    return line
+
+
+def without_numbers(line: str) -> str:
+    return re.sub(r"\d+(?:[.,]\d+)*(?: × 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?", "0", line)
+
+
+def kept_lines(name: str) -> list[str]:
+    """What is kept of a page."""
+    return (KEPT / f"{name}.txt").read_text(encoding="utf-8").splitlines()
+
+
+def read_back(name: str, said: Sequence[str], part: str = "") -> list[str]:
+    """Where what is said differs from what is kept in `read/`; with WRITE_PAGES set, it is kept as it is said now.
+
+    A part is what stands below its name, up to an empty line.
+    """
+    said = [steady(tidy(line)) for line in said]
+    if os.environ.get("WRITE_PAGES"):
+        _keep(name, said, part)
+    kept = kept_lines(name)
+    if part:
+        kept = list(takewhile(bool, kept[kept.index(f"[{part}]") + 1 :]))
+    return list(unified_diff(kept, said, "kept", "said", "", "", 0, ""))
+
+
+def _keep(name: str, said: Sequence[str], part: str) -> None:
+    file = KEPT / f"{name}.txt"
+    text = "".join(f"{line}\n" for line in said)
+    if part:
+        parts = file.read_text(encoding="utf-8").split("\n\n") if file.is_file() else []
+        others = [other.strip("\n") for other in parts if other.strip() and not other.strip().startswith(f"[{part}]\n")]
+        text = "\n\n".join(sorted([*others, f"[{part}]\n{text}".strip("\n")])) + "\n"
+    file.write_text(text, encoding="utf-8")

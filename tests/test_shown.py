@@ -354,6 +354,7 @@ def test_no_number_has_the_digits_that_rounding_leaves(name: str) -> None:
     assert re.findall(r"\d*\.\d{10,}", text) == []
 
 
+@pytest.mark.slow
 def test_each_held_caption_is_of_a_figure() -> None:
     held = {figure for name in DRAWN for figure, _ in captions(results_of(name))}
     names = "3", "4", "6", "answer", "atlas", "cycle", "device", "diagram", "hysteresis", "ladder"

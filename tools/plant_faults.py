@@ -1,32 +1,40 @@
 """Plant the faults of `faults.yaml` one at a time into a copy of the project, and tell which the quick tests catch.
 
-    python tools/plant_faults.py [--jobs 2] [--only PART] [--whole] [--check] [--record]
+    python tools/plant_faults.py [--jobs 2] [--only PART] [--calls FILE] [--whole] [--check] [--record]
 
-Of a fault in a template the tests that read pages and terminals back run first, of one in code the quick tests of its
-package; of what survives them, the others; with --whole, all quick tests of what is left. With --check no test runs: it
-tells only which faults have no place, or several, in their file. Nothing in the working tree is changed, but for
+All quick tests run once without a fault, and what each calls is noted. Of each fault those run first that call the
+function, or the macro, in which it is planted, the quickest first; of what survives them, those that read pages back
+and their files as a whole; with --whole, all quick tests of what is left. To note the calls takes as long as some
+hundred faults; the FILE of --calls keeps them for the next run. With --check no test runs: it tells only which faults
+have no place, or several, in their file. Nothing in the working tree is changed, but for
 `benchmarks/results/faults.json` with --record: the counts for docs/accuracy.md.
 
-A template is read anew by each report, so that a fault in one needs no new process: the tests run in a fork of one that
-has solved their scenarios. That takes a second instead of a minute.
+Tests run in a fork of a process that has solved the scenarios of `tests/test_shown.py`. What a fault in code can have
+changed is imported anew; a template is read anew by each report.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import json
 import multiprocessing
 import os
+import pickle
 import re
 import shutil
-import subprocess
+import signal
 import sys
+import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from datetime import date
+from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
+from types import CodeType, FrameType
 from typing import NamedTuple
 
 import pytest
@@ -34,46 +42,90 @@ import yaml
 
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "benchmarks" / "results" / "faults.json"
-READ_BACK = ("tests/test_shown.py",)
-TESTS = {
-    "templates/sections/paper": ("tests/study/checks/test_paper.py", "tests/report"),
-    "templates/sections/motions": ("tests/motions/atlas/test_results.py", "tests/text"),
-    "templates/sections": ("tests/report", "tests/text"),
-    "templates/words/figures": ("tests/text", "tests/figures"),
-    "vireport/identify/templates/words/identify": ("tests/identify/test_identify_opening.py", "tests/text"),
-    "templates/words": ("tests/text", "tests/study/judging", "tests/report"),
-    "vireport/identify": ("tests/identify/test_identify_opening.py",),
-    "vireport/verify/outputs": ("tests/verify/test_outputs.py",),
-    "vireport/findings/outcomes": ("tests/findings/outcomes/test_withstood.py",),
-    "vireport/physics/cubics": ("tests/simulation/test_recorded_force.py",),
-    "vireport/physics/groups": ("tests/motions/test_two_restitutions.py", "tests/physics/test_friction_group.py"),
-    "vireport/motions/plane": ("tests/motions/test_motion_plane.py", "tests/motions/test_friction.py"),
-    "vireport/changes": ("tests/report/changes", "tests/comparison"),
-    "vireport/optimise": ("tests/optimise/test_best_design.py",),
-    "vireport/text": ("tests/text", "tests/study/judging"),
-}
-"""Quick tests beside those that read back, by the beginning of a file's path; else those of its package."""
-
+READ_BACK = "tests/test_read_back.py", "tests/test_shown.py"
 HEADING = re.compile(r"^(\S+):$", re.MULTILINE)
 """A file of `faults.yaml`."""
 
 
-def tests_of(file: str) -> tuple[str, ...]:
-    """The quick tests beside those that read back."""
-    own = (f"tests/{Path(file).parts[1]}",)
-    return next((tests for beginning, tests in TESTS.items() if file.startswith(beginning)), own)
-
-
 SURVIVED = "SURVIVED"
+QUICK = ("-q", "-p", "no:cacheprovider", "-m", "not slow")
+ENOUGH = 6.0
+"""Of the tests that call a function, the quickest run first, up to this sum of their times [s]."""
+
+CHUNKS = 24
+"""In how many parts the files of the tests are, while it is noted what they call."""
+
+MOST_FILES = 12
+"""How many files of such tests run as a whole afterwards."""
 
 
 class Told(NamedTuple):
-    """A fault, and who catches it: "read back", "other tests", or nobody."""
+    """A fault, and who catches it: "callers", "read back", "all tests", or nobody."""
 
     file: str
     old: str
     new: str
     told: str
+
+
+class Called(NamedTuple):
+    """A test, how long it takes [s], and what it calls: files with the lines at which functions and macros begin."""
+
+    test: str
+    seconds: float
+    places: frozenset[tuple[str, int]]
+
+
+class Calls:
+    """A plugin of pytest that notes what tests call."""
+
+    def __init__(self) -> None:
+        self.noted: dict[str, Called] = {}
+        self.failed: set[str] = set()
+        self.file = ""
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Leave out a test that does not pass while it is watched."""
+        if not report.passed:
+            self.failed.add(report.nodeid)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        """Note what a test calls, with what earlier files have left to it worked out once more."""
+        if self.file != (file := item.nodeid.partition("::")[0]):
+            self.file = file
+            forget_answers()
+        seen: dict[CodeType, tuple[str, int] | None] = {}
+        home = f"{os.getcwd()}/"
+
+        def note(frame: FrameType, event: str, argument: object) -> None:
+            code = frame.f_code
+            if code not in seen:
+                file, line = code.co_filename, code.co_firstlineno
+                if template := frame.f_globals.get("__jinja_template__"):
+                    line = template.get_corresponding_lineno(line)
+                seen[code] = (file.removeprefix(home), line) if file.startswith(home) else None
+
+        begun = time.process_time()
+        sys.settrace(note)
+        try:
+            return (yield)
+        finally:
+            sys.settrace(None)
+            places = frozenset(place for place in seen.values() if place and not place[0].startswith("tests/"))
+            self.noted[item.nodeid] = Called(item.nodeid, time.process_time() - begun, places)
+
+
+def forget_answers() -> None:
+    """Drop what `tests/conftest.py` keeps of one test for others."""
+    import conftest
+
+    for name in ("study", "solved"):
+        getattr(conftest, name).cache_clear()
+    for module, name in conftest.KNOWN:
+        known = getattr(sys.modules.get(module), name, None)
+        if isinstance(known, conftest.Known):
+            known.answers.clear()
 
 
 def prepare(folder: str) -> None:
@@ -85,32 +137,84 @@ def prepare(folder: str) -> None:
     os.environ |= {"PYTHONPATH": copy}
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # to compile all modules for each fault takes longer than its tests
     sys.path[:0] = [copy, f"{copy}/tests"]
-    from test_shown import OPENED, study_of
+    from test_shown import LONG, OPENED, study_of
 
     for name in OPENED:
-        study_of(name)
+        if name not in LONG:
+            study_of(name)
 
 
-QUICK = ("-x", "-q", "-p", "no:cacheprovider", "-m", "not slow")
-
-
-def caught(tests: tuple[str, ...]) -> bool:
-    """Whether one of some quick tests fails in the copy."""
-    return subprocess.run([sys.executable, "-m", "pytest", *QUICK, *tests], capture_output=True).returncode != 0
-
-
-def caught_in_a_fork(tests: tuple[str, ...]) -> bool:
-    """The same where a template was changed, with the scenarios that are solved already."""
+def run(tests: Sequence[str], anew: bool, plugins: Sequence[object] = ()) -> int:
+    """The exit code of pytest in a fork; anew, it imports the copy's modules once more."""
     if not (fork := os.fork()):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # which a job in the background ignores
         code: int = pytest.ExitCode.INTERNAL_ERROR
         try:
-            code = pytest.main([*QUICK, "--assert=plain", "-W", "ignore::pytest.PytestAssertRewriteWarning", *tests])
+            for name, module in list(sys.modules.items()) if anew else ():
+                if (getattr(module, "__file__", None) or "").startswith(os.getcwd()):
+                    del sys.modules[name]
+            warnings = ("--assert=plain", "-W", "ignore::pytest.PytestAssertRewriteWarning")
+            code = pytest.main([*QUICK, *warnings, *tests], plugins=list(plugins))
         finally:
             os._exit(code)
-    return os.waitpid(fork, 0)[1] != 0
+    return os.waitstatus_to_exitcode(os.waitpid(fork, 0)[1])
+
+
+def caught(tests: Sequence[str], anew: bool) -> bool:
+    """Whether one of some quick tests fails in the copy; there may be none of them in files whose tests are slow."""
+    return bool(tests) and run(["-x", *tests], anew) not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED)
+
+
+def note_calls(files: Sequence[str]) -> list[Called]:
+    """What the quick tests of some files call."""
+    with TemporaryDirectory() as folder:
+        kept = Path(folder, "calls")
+
+        class Kept(Calls):
+            def pytest_sessionfinish(self) -> None:
+                passed = [called for test, called in self.noted.items() if test not in self.failed]
+                kept.write_bytes(pickle.dumps((passed, self.failed)))
+
+        run(files, False, (Kept(),))
+        noted, failed = pickle.loads(kept.read_bytes())
+    for test in failed:
+        print(f"does not pass without a fault, and is left out: {test}", flush=True)
+    return list(noted)
+
+
+@cache
+def known_calls(kept: str) -> list[Called]:
+    """What the tests call, as it was kept in a file."""
+    return [Called(test, seconds, frozenset(places)) for test, seconds, places in pickle.loads(Path(kept).read_bytes())]
+
+
+def callers(file: str, text: str, old: str, calls: Sequence[Called]) -> list[Called]:
+    """The tests that call the function or the macro in which a text stands, the quickest first.
+
+    What stands in no function is looked for by all tests that call something of its file.
+    """
+    first = text[: text.index(old)].count("\n") + 1
+    last = first + old.count("\n")
+    begins = {line for called in calls for name, line in called.places if name == file}
+    around = {max((line for line in begins if line <= at), default=0) for at in (first, last)}
+    if Path(file).suffix == ".py":
+        around = {start for start in around if start and within(text, start, first)}
+    chosen = [called for called in calls if any((file, line) in called.places for line in around)]
+    chosen = chosen or [called for called in calls if any(name == file for name, _ in called.places)]
+    return sorted(chosen, key=lambda called: called.seconds)
+
+
+def within(text: str, start: int, line: int) -> bool:
+    """Whether a line of code is one of the function that starts at a line, with its decorators."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.Lambda):
+            begin = min([node.lineno, *(of.lineno for of in getattr(node, "decorator_list", ()))])
+            if begin == start and begin <= line <= (node.end_lineno or begin):
+                return True
+    return False
 
 
 def places_of(file: str, old: str) -> int:
@@ -126,41 +230,43 @@ def rewrite(path: Path, text: str) -> None:
         compiled.unlink()
 
 
-def plant(fault: tuple[str, str, str, bool]) -> Told:
+def plant(fault: tuple[str, str, str, bool, str]) -> Told:
     """What becomes of a fault in the copy of this process."""
-    file, old, new, whole = fault
+    file, old, new, whole, kept = fault
     path, told = Path(file), SURVIVED
-    text = path.read_text(encoding="utf-8")
+    text, anew = path.read_text(encoding="utf-8"), path.suffix == ".py"
+    by = callers(file, text, old, known_calls(kept))
+    sums = list(accumulate(called.seconds for called in by))
+    first = [called.test for called, total in zip(by, sums, strict=True) if total <= ENOUGH]
+    files = [name for name in dict.fromkeys(called.test.partition("::")[0] for called in by) if name not in READ_BACK]
+    stages = {"callers": first or [called.test for called in by[:1]], "read back": [*READ_BACK, *files[:MOST_FILES]]}
     rewrite(path, text.replace(old, new))
-    code = path.suffix == ".py"
-    quick = caught if code else caught_in_a_fork
-    reading, others = ("read back", READ_BACK), ("other tests", tests_of(file))
     try:
-        told = next((kind for kind, tests in ((others, reading) if code else (reading, others)) if quick(tests)), told)
-        if told == SURVIVED and whole and caught(("-n", "2", "tests")):
-            told = "other tests"
+        told = next((kind for kind, tests in stages.items() if caught(tests, anew)), told)
+        if told == SURVIVED and whole and caught(["tests"], anew):
+            told = "all tests"
     finally:
         rewrite(path, text)
-    print(f"{told:12} {file}: {old[:70]} -> {new[:70]}".replace("\n", " "), flush=True)
+    print(f"{told:9} {file}: {old[:70]} -> {new[:70]}".replace("\n", " "), flush=True)
     return Told(file, old, new, told)
 
 
 PLACES = {
-    "tables and sentences of the report": ("templates/sections",),
-    "words of verdict, proofs and captions": ("templates/words",),
-    "requirements, alerts and verdict": ("vireport/gate", "vireport/text"),
-    "numbers of the report": ("vireport/report",),
-    "the best design": ("vireport/optimise",),
-    "figures": ("vireport/figures",),
-    "comparisons and charts": ("vireport/comparison", "vireport/chart"),
-    "motions, design and proofs": ("vireport",),
+    "pages of other commands": r"templates/(words/)?(map|chart|compar|optimise|verify|changes)|"
+    "vireport/(identify|verify|bench|map|comparison|optimise|report/changes)",
+    "words of the report, its figures and additions": r"(vireport/findings/\w+/)?templates/words/",
+    "tables and sentences of the report": r"(vireport/findings/\w+/)?templates/",
+    "requirements, alerts and verdict": "vireport/study/judging|vireport/text",
+    "numbers of the report": "vireport/report",
+    "figures": "vireport/figures",
+    "motions, design and proofs": "vireport",
 }
 """What the counts are told of, by the beginnings of paths; the first that fits."""
 
 
 def place_of(file: str) -> str:
     """The place that a fault is counted with."""
-    return next(place for place, beginnings in PLACES.items() if file.startswith(beginnings))
+    return next(place for place, beginning in PLACES.items() if re.match(beginning, file))
 
 
 def counted(faults: Iterable[Told]) -> list[dict[str, object]]:
@@ -179,6 +285,7 @@ def main() -> int:
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--jobs", type=int, default=2)
     asked.add_argument("--only", default="", help="a part of the path of the files in which faults are planted")
+    asked.add_argument("--calls", type=Path, help="the file in which it is kept what each test calls")
     asked.add_argument("--whole", action="store_true", help="run all quick tests on what survives the others")
     asked.add_argument("--check", action="store_true", help="tell only which faults cannot be planted")
     asked.add_argument("--record", action="store_true", help="keep the counts for docs/accuracy.md")
@@ -196,15 +303,17 @@ def main() -> int:
     with TemporaryDirectory() as folder:
         fork = multiprocessing.get_context("fork")
         with ProcessPoolExecutor(given.jobs, fork, prepare, (folder,)) as pool:
-            if pool.submit(caught_in_a_fork, READ_BACK).result():
-                print("the tests that read back fail without a fault")
-                return 2
-            outcomes = list(pool.map(plant, [(*fault, given.whole) for fault in faults]))
+            kept = (given.calls or Path(folder, "calls")).absolute()
+            if not kept.is_file():
+                tests = sorted(str(test.relative_to(ROOT)) for test in (ROOT / "tests").rglob("test_*.py"))
+                chunks = [tests[k::CHUNKS] for k in range(CHUNKS)]
+                kept.write_bytes(pickle.dumps([tuple(of) for noted in pool.map(note_calls, chunks) for of in noted]))
+            outcomes = list(pool.map(plant, [(*fault, given.whole, str(kept)) for fault in faults]))
     counts = Counter(fault.told for fault in outcomes)
     print(f"{len(outcomes)} faults planted, {len(outcomes) - counts[SURVIVED]} caught: {dict(counts)}")
     if given.record:
-        kept = {"date": date.today().isoformat(), "places": counted(outcomes)}
-        RECORD.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+        record = {"date": date.today().isoformat(), "places": counted(outcomes)}
+        RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     return int(SURVIVED in counts)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from map_texts import HELD, TEXT, sampled
-from pages import HtmlTable, Page
+from pages import HtmlTable, Page, lines_of, read_back
 from pypdf import PdfReader
 from shown import Amount, Cell, Row, Said, table_faults
 
@@ -148,6 +148,7 @@ def test_its_verdict_is_that_of_a_run_of_the_design_point(plain) -> None:
     assert unsaid == []
     assert "The answer is that of the design point, β = 45°, s = 0.7 m" in page.text
     assert page.text.count("Bars: the nearer end along either axis.") == 1
+    assert read_back("map", lines_of(page.data)) == []
 
 
 @pytest.mark.slow
@@ -167,6 +168,7 @@ def test_without_a_design_point_it_says_what_the_cells_hold(tmp_path: Path) -> N
     assert Said("Unstable only: {}; no 1:1 motion: {}.", *others).faults(page.text) == ""
     assert "Figures Heat maps are drawn of a grid over two parameters" in page.text
     assert wrong(page.tables[CELLS], by_type(rows)) == []
+    assert read_back("map, sampled", lines_of(page.data)) == []
 
 
 @pytest.mark.slow
