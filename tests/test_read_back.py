@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 from conftest import EXAMPLES
 from jinja2 import nodes
+from msgspec.structs import replace
 from pages import KEPT, kept_lines, lines_of, read_back, tidy, without_numbers
-from test_shown import DRAWN, LONG, OPENED, SIMULATED, pictures_of, search, study_of
+from test_shown import DRAWN, LONG, OPENED, SIMULATED, pictures_of, results_of, search, study_of
 
 from vireport.comparison.comparison import Comparison, compare
 from vireport.comparison.figures import compare_pictures
@@ -124,6 +125,13 @@ def test_a_comparison_says_what_is_kept() -> None:
     both, said = compared(COMPARED)
     assert read_back("comparison", said) == []
     assert read_back("comparison, terminal", terminal_summary(both, tables=True).splitlines()) == []
+    margins = {name: results_of(of).data["margin_to_use"] for name, of in zip(both.by_name, COMPARED, strict=True)}
+    assert {scenario.name: scenario.to_dict()["margin_to_use"] for scenario in both.ranking} == margins
+
+
+def test_of_a_design_beside_itself_no_more_voltage_is_told() -> None:
+    both = compare([study_of(WHOLE), study_of(WHOLE)])
+    assert read_back("comparison, twice the same, terminal", terminal_summary(both).splitlines()) == []
 
 
 @pytest.mark.slow
@@ -148,6 +156,9 @@ def test_the_report_on_the_best_design_says_what_is_kept() -> None:
     pictures, opens = {picture.name: picture for picture in drawn}, outputs.opening(result, study)
     report = Report(study, pictures, provenance_of(study.loaded, "vireport optimise x.yaml"), None, parts, opens=opens)
     assert read_back("best design", beyond_a_run(lines_of(render_html(report)))) == []
+    others = {"yielding": 0.25, "candidates": 12, "elsewhere": 2, "bound": None, "step": 0.0}
+    tried = replace(result, evidence=replace(result.evidence, **others))
+    assert read_back("best design, other evidence", outputs.text(tried, study, tables=True).splitlines()) == []
     assert read_back("best design, terminal", outputs.text(result, study, tables=True).splitlines()) == []
 
 

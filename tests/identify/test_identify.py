@@ -143,6 +143,17 @@ def test_the_identified_device_runs(capsys, tmp_path: Path) -> None:
     assert json.loads(capsys.readouterr().out)["design_point"]["stability"]
 
 
+def test_a_record_that_fits_is_told_as_is_kept(capsys, tmp_path: Path) -> None:
+    head, *rows = Path(IMPACTS).read_text().splitlines(True)
+    (tmp_path / "few.csv").write_text(head + "".join(rows[:120]))
+    given = ["identify", SCENARIO, "--impacts", str(tmp_path / "few.csv"), "--clock", "force", *FEW, "-v"]
+    assert main([*given, "-o", str(tmp_path / "out")]) == 0
+    assert read_back("identify, terminal", capsys.readouterr().out.splitlines()) == []
+    assert read_back("identify", lines_of((tmp_path / "out" / "report.html").read_bytes())) == []
+    results = json.loads((tmp_path / "out" / "identified.json").read_text())
+    assert [row["from"] < TRUTH[row["name"]] < row["to"] for row in results["identified"]] == [True, True]
+
+
 def test_a_record_that_contradicts_the_model_gives_no_interval(capsys, tmp_path: Path) -> None:
     swapped = Path(IMPACTS).read_text().replace("top", "x").replace("bottom", "top").replace("x", "bottom")
     (tmp_path / "swapped.csv").write_text(swapped)
