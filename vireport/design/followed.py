@@ -14,9 +14,9 @@ from vireport.design.lines import LOSES_STABILITY, Line, extent, line_of, model_
 from vireport.motions.error_bounds import point_bounds
 from vireport.motions.events import Event
 from vireport.motions.paths import Curve, PathPoint, follow
-from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
+from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.physics.device import Device
-from vireport.physics.motion import Motion
+from vireport.physics.motion import Motion, multipliers
 from vireport.physics.numbers import FLOATS, UNIT
 from vireport.scenario.parameters import DesignInput, Parameter
 
@@ -86,8 +86,8 @@ class FollowedMotion(Struct, frozen=True, eq=False):
     @property
     def multipliers(self) -> tuple[complex, complex]:
         """Eigenvalues of the product of its Jacobians, the larger first."""
-        first, second = multipliers(np.array([self.trace]), self.decay**2)[0]
-        return complex(first), complex(second)
+        larger, smaller = multipliers(self.trace, self.decay**2).tolist()
+        return larger, smaller
 
 
 def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> FollowedMotion | None:

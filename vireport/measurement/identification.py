@@ -30,7 +30,6 @@ from vireport.measurement.flights import (
 )
 from vireport.measurement.screening import MANY, Gap, Screened, screened, typical, whole, without_flights
 from vireport.measurement.start import same_start, starts
-from vireport.physics import flight
 from vireport.physics.numbers import ARRAYS
 from vireport.scenario.parameters import Parameter
 
@@ -313,7 +312,7 @@ def _through(fitted: Fitted) -> Indices:
     for share in np.arange(1, SAMPLES) / SAMPLES:
         t = dimensionless(adjustment.model, start + share * (end - start))
         now = groups.wave(pi * t + adjustment.model.phase, ARRAYS)
-        gone = flight.displacement(t - left, after, begun.impulse, begun.path, now.path, groups.gbar)
+        gone, _ = groups.flown(t - left, after, begun, now)
         beyond |= np.abs(walls[flown] * groups.d / 2 + gone) > room * (1 + 1e-9)
     return flown[beyond]
 

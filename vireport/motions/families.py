@@ -21,10 +21,10 @@ from vireport.motions.events import Event
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, model_of
 from vireport.motions.points import Point
-from vireport.motions.stability import STABILITIES, Stability, classify, multipliers
+from vireport.motions.stability import STABILITIES, Stability, classify
 from vireport.motions.sweep import Sweep, settable
 from vireport.motions.switching import Limits
-from vireport.physics.motion import Motion
+from vireport.physics.motion import Motion, multipliers
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
 from vireport.text.formatting import span

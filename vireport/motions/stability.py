@@ -178,18 +178,6 @@ def eigenvalues(trace: Any, decay: float) -> tuple[Any, Any]:
     return np.maximum(large, small), np.minimum(large, small)
 
 
-def multipliers(trace: Floats, determinant: float | Floats) -> NDArray[np.complex128]:
-    """Both eigenvalues as complex numbers, (n, 2), that of larger modulus first; nan where the trace is nan.
-
-    `eigenvalues` has their real parts in order of size, as figures show them, with all digits next to Delta = 0.
-    """
-    # The smaller one comes from the product, as the difference would cancel.
-    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
-    large = (trace + np.where(trace < 0, -root, root)) / 2
-    with np.errstate(invalid="ignore"):  # of nan
-        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=1)
-
-
 def classify(trace: Any, decay: Any) -> NDArray[np.int8]:
     """Table 1's types of motions as codes of `Stability`, from ``|tr|`` against 2 decay and 1 + decay^2."""
     # By the trace itself: next to Delta = 0 rounded eigenvalues are real or complex by chance.

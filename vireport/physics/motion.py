@@ -149,3 +149,21 @@ class Motion(Struct, frozen=True, eq=False):
         others = (other, other.mirrored()) if mirror else (other,)
         images = (image.rotated(i) for image in others for i in image.word.firsts(self.word))
         return min(map(self.apart, images), default=inf)
+
+
+def multipliers(trace: Any, determinant: Any) -> NDArray[np.complex128]:
+    """Both eigenvalues of a linearised return map, (..., 2), that of larger modulus first; nan where the trace is nan.
+
+    `motions.stability.eigenvalues` has their real parts by size, as figures show them, with all digits next to Delta=0.
+
+    Parameters
+    ----------
+    trace, determinant : array_like
+        Of the map.
+    """
+    # The smaller one comes from the product, as the difference would cancel.
+    trace = np.asarray(trace)
+    root = np.sqrt(trace.astype(complex) ** 2 - 4 * determinant)
+    large = (trace + np.where(trace < 0, -root, root)) / 2
+    with np.errstate(invalid="ignore"):  # of nan
+        return np.stack([large, determinant / np.where(large == 0, 1, large)], axis=-1)

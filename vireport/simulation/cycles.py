@@ -8,7 +8,7 @@ again and again needs no Newton: it leaves that membrane in one state, and so re
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp, inf, log, nan, pi, sqrt
+from math import exp, inf, log, nan, pi
 
 import numpy as np
 from msgspec import Struct
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vireport.base.records import brief
 from vireport.physics import flight
 from vireport.physics.groups import Groups
-from vireport.physics.motion import Motion
+from vireport.physics.motion import Motion, multipliers
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import Word
 from vireport.simulation.events import (
@@ -235,7 +235,7 @@ def growth_bound(groups: Groups[float], cycle: SimulatedMotion) -> float:
         matrix, scale = product(jacobians(model, np.roll(rows, 1, axis=0), rows))
         if determinant is None:
             return float(np.abs(np.linalg.eigvals(matrix)).max()) * exp(min(scale, STEEPEST))
-        return abs(multipliers(float(np.trace(matrix)) * exp(min(scale, STEEPEST)), determinant)[0])
+        return float(abs(multipliers(np.trace(matrix) * exp(min(scale, STEEPEST)), determinant)[0]))
 
     base, slopes = grown(rows), 0.0
     for row in range(n):
@@ -336,7 +336,8 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Sim
         return None  # a lap so short that nothing changes in it
     # Friction that stops the ball on its way takes from the determinant, which is the product of r^2 otherwise.
     determinant = float(np.linalg.det(matrix)) if rubs(model) else _determinant(model, lap[1:])
-    return _cycle(lap[1:], residual, multipliers(float(np.trace(matrix)), determinant))
+    larger, smaller = multipliers(np.trace(matrix), determinant).tolist()
+    return _cycle(lap[1:], residual, (larger, smaller))
 
 
 def _determinant(model: Array, lap: Array) -> float:
@@ -462,15 +463,6 @@ def attracting(ball: Trajectory) -> SimulatedMotion | None:
     """The attracting cycle that the last impacts of a ball nearly repeat, and so surely approach; None without one."""
     cycle = approached(ball.model, ball.rows, ball.compiled)
     return cycle if cycle is not None and cycle.growth < 1 else None
-
-
-def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
-    """Eigenvalues of a 2x2 matrix, the larger first, without the cancellation of the textbook formula."""
-    inside = trace * trace / 4 - determinant
-    if inside < 0:
-        return complex(trace / 2, sqrt(-inside)), complex(trace / 2, -sqrt(-inside))
-    large = trace / 2 + (sqrt(inside) if trace >= 0 else -sqrt(inside))
-    return complex(large), complex(determinant / large if large != 0 else 0.0)
 
 
 Struck = tuple[str, float, bool]

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vireport.motions.periodicity import Model, residuals, trace
-from vireport.motions.stability import multipliers
-from vireport.physics.motion import Motion
+from vireport.physics.motion import Motion, multipliers
 from vireport.simulation.attractors import Attractor, Outcome
 from vireport.simulation.cycles import SimulatedMotion
 from vireport.simulation.events import check_model
@@ -38,13 +37,14 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * word.periods)
     at_rest = not motion.velocity.all()  # where the trace has a pole
     groups = model.groups(motion.coordinate).as_floats()
-    pair = multipliers(np.array([nan if at_rest else trace(word, x, model)]), model.determinant(word.walls, x[-1]))[0]
+    determinant = model.determinant(word.walls, x[-1])
+    larger, smaller = multipliers(nan if at_rest else trace(word, x, model), determinant).tolist()
     d, gbar, *_ = groups
     rows = np.zeros((count + 1, RIDING + 1))
     for column, values in ((WALL, word.walls), (PHASE, motion.phase), (FLIGHT, flight), (VELOCITY, motion.velocity)):
         rows[:, column] = np.append(values, values[0])
     residual = max(map(abs, residuals(word, x, model)))
-    cycle = SimulatedMotion(word.canonical().letters, rows[:-1], residual, (complex(pair[0]), complex(pair[1])))
+    cycle = SimulatedMotion(word.canonical().letters, rows[:-1], residual, (larger, smaller))
     attractor = Attractor(Outcome.PERIODIC, cycle, nan if at_rest else cycle.lyapunov, 0.0, count)
     drawn = path(check_model(groups)[0], rows)
     return Portrait(label, d, gbar, model.r, attractor, float(motion.phase[0]), *drawn, groups.harmonics)
