@@ -22,6 +22,7 @@ from vireport.scenario.keys import value_at
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import ADDED_IF_FULL, SPECIAL, Special, barred_blocks
 from vireport.study.judging.findings import findings
+from vireport.text.formatting import capital
 
 
 class Task(StrEnum):
@@ -257,7 +258,6 @@ class Plan(Struct, frozen=True, eq=False):
 
         Three lines at most, in the words of `templates`.
         """
-        from vireport.text.formatting import capital
         from vireport.text.templates import Words
 
         blocks = [addition for addition in self.additions if addition.is_block]

@@ -28,7 +28,9 @@ def from_rest_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: 
     }
 
 
-def shock_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, unit: Any) -> dict[str, Floats]:
+def shock_columns(
+    groups: Groups[Floats], motions: PointwiseMotions, ratio: int, unit: Floats | float
+) -> dict[str, Floats]:
     """The least shock that leads out of the stable motions of each cell, and the largest that was tried [m/s].
 
     NaN where there is no stable motion, or one too near a critical point for its returns to be told; the former alone

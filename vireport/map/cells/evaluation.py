@@ -24,6 +24,7 @@ from vireport.physics.energy import Membrane, voltages
 from vireport.physics.groups import Groups, map_restitution
 from vireport.scenario.blocks import MapSimulationBlock
 from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import attractors
 
 DECIMALS = 9
 """Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -180,7 +181,9 @@ def _motions(motions: PointwiseMotions, r: Any, count: int) -> dict[str, Any]:
     }
 
 
-def _voltages(membrane: Membrane, ball_mass_kg: Floats | None, unit: Any, columns: dict[str, Any]) -> dict[str, Floats]:
+def _voltages(
+    membrane: Membrane, ball_mass_kg: Floats | None, unit: Floats | float, columns: dict[str, Floats]
+) -> dict[str, Floats]:
     """U_ave of the motion of each cell [V], Eq. (5.1), and the larger deflection of its two impacts [m], Eq. (5.5)."""
     bottom, top = columns["velocity_bottom"], columns["velocity_top"]
     at = np.flatnonzero(np.isfinite(bottom))
@@ -197,7 +200,6 @@ def _simulated(
     block: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
 ) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
-    from vireport.simulation.attractors import attractors
     from vireport.simulation.starts import random_starts, start_speed
     from vireport.study.checks.crosscheck import is_one_to_one
 

@@ -219,12 +219,14 @@ def _legend(
         if color != OTHER_SETS
     ]
     if any(color == OTHER_SETS for _, color in unnamed):
-        entries.append((said("others", sheet().headed), AREA | {"markerfacecolor": OTHER_SETS}))
+        entries.append(
+            (said("others_in_table" if sheet().headed else "others"), AREA | {"markerfacecolor": OTHER_SETS})
+        )
     bounds = [pieces(locus)[1] for locus in chart.loci]
     drawn = {locus.event for locus, edge in zip(chart.loci, chart.regions.edges, strict=True) if edge.any()}
     entries += [(name, EDGE | look) for kind, (name, look) in LOCI.items() if kind in drawn and kind not in events]
     if _numbers(chart):
-        entries.append((said("meeting", sheet().headed), MEETING))
+        entries.append((said("meeting_in_table" if sheet().headed else "meeting"), MEETING))
     words = list(dict.fromkeys([*(band.word for band in chart.narrow), *chart.unmeasured]))
     hidden = any((ending & ~edge).any() for ending, edge in zip(bounds, chart.regions.edges, strict=True))
-    return entries, [(said("band", words), BAND)] if hidden else []
+    return entries, [(said("band", words) if words else said("band_alike"), BAND)] if hidden else []

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -135,7 +134,7 @@ class RegionSet(Struct, frozen=True, eq=False):
         return sum(region.share for region in self.regions)
 
     @property
-    def rank(self) -> tuple[Any, ...]:
+    def rank(self) -> tuple[bool, bool, bool, float, Kinds]:
         """1:1 motions alone first, then what covers most; last where nothing is stable, or nothing is resolved."""
         alone = self.kinds is not None and len(self.kinds) == 1 and self.kinds[0][1] == "BT"
         return not self.kinds, self.kinds is None, not alone, -self.share, self.kinds or ()

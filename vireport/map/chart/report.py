@@ -14,6 +14,7 @@ from vireport.map.chart.tables import points_table
 from vireport.map.chart.words import Naming, naming
 from vireport.map.design import MapDesign, MapMargin
 from vireport.map.report import MapReport
+from vireport.motions.events import Event
 from vireport.scenario.parameters import Named
 from vireport.study.judging.opening import WordedOpening
 from vireport.text.formatting import ROUGHLY, capital, percent, rounded_text
@@ -21,6 +22,10 @@ from vireport.text.said import words_of
 from vireport.text.tables import Table, worded_table
 
 _said = words_of("chart")
+
+
+ENDS = {Event.SWEEP_END: "end_sweep_end", Event.CLOSED: "end_closed"}
+"""Macros for ends of curves at which nothing happens."""
 
 
 class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
@@ -103,6 +108,10 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
             ]
             yield worded_table(self.say, "bands", "tnnt", rows, note=self.say("bands_note"))
 
+    def _ending(self, event: Event) -> str:
+        """What a curve begins or ends with."""
+        return self.say(ENDS[event]) if event in ENDS else self.say("end", event)
+
     def points(self) -> Table:
         """The points of codimension two."""
         return points_table(self.chart, self.templates)
@@ -115,8 +124,8 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
                 locus.event.words,
                 str(locus.word),
                 str(len(locus.x)),
-                self.say("end", locus.events[0][1]),
-                self.say("end", locus.events[-1][1]),
+                self._ending(locus.events[0][1]),
+                self._ending(locus.events[-1][1]),
             )
             for number, locus in enumerate(self.chart.loci, 1)
             if locus.bounds_stability.any()

@@ -34,7 +34,9 @@ class Naming(Struct, frozen=True, eq=False):
 
     def short(self, kinds: Kinds | None) -> str:
         """What is stable, by words."""
-        return self.said("stable", None if kinds is None else [self.of(kind) for kind in kinds])
+        if kinds is None:
+            return self.said("stable_unresolved")
+        return self.said("stable", [self.of(kind) for kind in kinds]) if kinds else self.said("stable_none")
 
     def motions(self, motions: Sequence[StableMotion] | None) -> str:
         """The names of motions, none twice; of None that rounding does not resolve them."""
@@ -42,8 +44,12 @@ class Naming(Struct, frozen=True, eq=False):
 
     def long(self, kinds: Kinds | None, limits: Limits) -> str:
         """What is stable, with what the words mean to a designer, and up to which limits nothing is."""
-        named = None if kinds is None else [(self.of(kind), kind[1], kind[2]) for kind in kinds]
-        return self.said("stable_meaning", named, limits)
+        if kinds is None:
+            return self.said("meaning_unresolved")
+        if not kinds:
+            return self.said("meaning_none", limits)
+        alone = len(kinds) == 1 and kinds[0][1:3] == ("BT", 1)
+        return self.said("meaning_one_to_one" if alone else "meaning", [self.of(kind) for kind in kinds])
 
 
 def naming(chart: Chart, templates: Path | None = None) -> Naming:
