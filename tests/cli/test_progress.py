@@ -163,21 +163,12 @@ def shares(told: list[str]) -> list[float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("source", [{"impacts": "measured-impacts.csv"}, {"recorded": "records/prototype.wav"}])
+@pytest.mark.parametrize("source", [{"impacts": "measured-impacts.csv"}, {"signals": "records/prototype.wav"}])
 def test_identify_tells_its_share(source: dict[str, str], example) -> None:
-    files = {"impacts": None, "recorded": None} | {key: str(EXAMPLES / name) for key, name in source.items()}
+    files = {key: str(EXAMPLES / name) for key, name in source.items()}
+    request = identify_outputs.Request(load(example("measured")), **files, referenced="impacts" in source)
     told: list[str] = []
-    identify_outputs.outcome(
-        load(example("measured")),
-        **files,
-        referenced="impacts" in source,
-        free=[],
-        command="",
-        json=True,
-        tables=False,
-        say=told.append,
-        pages=identify_outputs.Pages(()),
-    )
+    identify_outputs.outcome(request, identify_outputs.Pages(json=True), told.append)
     assert len(shares(told)) >= 4
 
 

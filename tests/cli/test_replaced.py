@@ -102,7 +102,7 @@ def test_whatever_is_written_says_so(tmp_path: Path) -> None:
         assert main([*line, "-q", "-o", str(folder)]) in (0, 1), line
         written = [path for path in folder.iterdir() if path.is_file() and path.suffix not in (".lock", ".parquet")]
         for path in written:
-            known = path.name in files.KNOWN_BESIDE or path.name in (".lock", "map.parquet.sha256")
+            known = path.name in files.RECOGNISED_BY or path.name in (".lock", "map.parquet.sha256")
             assert known or is_marked(path.name, path.read_bytes()), (line, path.name)
         assert len(written) >= 3
         require_writable(folder, [path.name for path in written if not path.name.startswith((".", "map.parquet"))])

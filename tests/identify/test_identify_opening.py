@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from pages import read_back
 
 from vireport.design.measured import MeasuredShare
-from vireport.identify.opening import identified_opening, open_opening
+from vireport.identify.opening import IdentifiedRecord, identified_opening, open_opening
 from vireport.measurement.flights import MeasuredImpacts, Unknown
 from vireport.measurement.identification import Fitted, NoFit, Unfit
 from vireport.measurement.inquiry import BOTH_MEMBRANES, Identification, Inquiry
@@ -67,10 +67,14 @@ def signals(*findings: RecordFinding) -> Thing:
 
 
 def opened(
-    own: Identification, signals: object = None, share: MeasuredShare | None = ALL, **of: object
+    own: Identification,
+    signals: object = None,
+    share: MeasuredShare | None = ALL,
+    held: object = None,
+    unused: tuple[str, ...] = (),
 ) -> WordedOpening:
-    given = {"held": None, "unused": ()} | of
-    return identified_opening(own, 394, signals, share, **given).worded()
+    record = Thing(times=range(394), unused=unused)
+    return identified_opening(IdentifiedRecord(own, record, signals, share, held)).worded()
 
 
 def better(unknown: Unknown | None, value: float = 0.42, **of: object) -> Misfit:

@@ -42,7 +42,7 @@ def drawn(figure: Figure) -> list[np.ndarray]:
 
 
 def test_every_error_stands_at_the_time_of_its_impact_within_the_band_of_the_clock() -> None:
-    figure = figure_errors(answer().found, ORIGIN)
+    figure = figure_errors(answer().fit, ORIGIN)
     for axes, points, (name, wall) in zip(figure.axes, drawn(figure), PANELS, strict=True):
         mine = RECORD.walls[KEPT] == wall
         np.testing.assert_allclose(points, np.column_stack([RECORD.times[KEPT][mine], 1e6 * ERRORS[mine]]))
@@ -56,7 +56,7 @@ def test_every_error_stands_at_the_time_of_its_impact_within_the_band_of_the_clo
 
 def test_errors_of_unequal_times_are_scaled_to_the_median_one() -> None:
     relative = np.where(np.arange(COUNT) % 2, 0.5, 2.0)
-    top, _ = drawn(figure_errors(answer(relative).found, ORIGIN))
+    top, _ = drawn(figure_errors(answer(relative).fit, ORIGIN))
     mine = RECORD.walls[KEPT] == -1.0
     np.testing.assert_allclose(top[:, 1], 1e6 * (ERRORS / relative[KEPT])[mine])
 
@@ -66,7 +66,7 @@ def test_where_nothing_fits_impacts_stand_at_their_phases(monkeypatch) -> None:
     for points, (_, wall) in zip(drawn(figure), PANELS, strict=True):
         times = RECORD.times[RECORD.walls == wall]
         np.testing.assert_allclose(points, np.column_stack([times, (times - ORIGIN) * 2.0 % 1]))
-    monkeypatch.setattr(impacts, "MOST_SHOWN", 10)
+    monkeypatch.setattr(impacts, "MOST_DRAWN", 10)
     few = [points[:, 0].tolist() for points in drawn(figure_phases(answer(), RECORD))]
     assert few == [RECORD.times[RECORD.walls == wall][::4].tolist() for _, wall in PANELS]
 
@@ -78,7 +78,7 @@ def test_it_is_told_by_what_it_shows() -> None:
     assert picture.caption.startswith("Measured less fitted times of 39 impacts. ")
     weighted = replace(RECORD, errors=np.ones(COUNT))
     assert ", scaled to the median standard error. " in impacts_picture(answer(np.ones(COUNT)), weighted).caption
-    without = impacts_picture(replace(answer(), found=NoFit(Unfit.NO_MOTION, 0.1)), RECORD)
+    without = impacts_picture(replace(answer(), fit=NoFit(Unfit.NO_MOTION, 0.1)), RECORD)
     assert without.title == "Impacts within the period of the force"
     assert without.caption.startswith("All 40 impacts of taps.csv, as measured. ")
     assert "40 impacts" in without.alt

@@ -420,7 +420,7 @@ def test_captions_of_figure_3_give_the_restitution_of_the_paper(amplitude, d, ph
         own = q + b * printed
         answer = caption(amplitude, d, phase + a * 5e-5, (2 * own, 2 - 2 * own))
         assert answer.misfit.accepted
-        values.append([answer.found.adjusted.model.value_of(x) for x in EACH])
+        values.append([answer.fit.adjusted.model.value_of(x) for x in EACH])
     assert (np.abs(np.array(values) - 0.5).max(axis=0) < off).all()
     low, high = np.min(values, axis=0), np.max(values, axis=0)
     assert low[0] < 0.5 < high[0]
@@ -431,8 +431,8 @@ def test_flight_times_printed_with_figure_3_g_contradict_the_paper() -> None:
     printed = caption(5.87, 0.2545, 0.2355, (0.92, 1.09, 0.91, 1.08), "restitution")
     assert not printed.misfit.accepted
     solved = caption(5.87, 0.2545, 0.23548277, (1.2131, 0.7495, 1.4245, 0.6129), "restitution")
-    assert isinstance(solved.found, Fitted)
-    assert solved.found.adjusted.model.value_of(BOTH) == pytest.approx(0.5, abs=1e-4)
+    assert isinstance(solved.fit, Fitted)
+    assert solved.fit.adjusted.model.value_of(BOTH) == pytest.approx(0.5, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", first(0, ("1:1 equal", "transient", "2:1")))

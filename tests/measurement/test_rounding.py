@@ -69,12 +69,12 @@ def test_rounded_times_give_intervals_that_hold(case: tuple[float, float]) -> No
     """Of a motion that settles to one that is repeated to the step, and of chaos."""
     step, length = case
     answer = rounded(step, length)
-    assert isinstance(answer.found, Fitted)
+    assert isinstance(answer.fit, Fitted)
     assert answer.misfit.accepted
-    assert (len(answer.found.false), len(answer.found.gaps)) == (0, 0)
+    assert (len(answer.fit.false), len(answer.fit.gaps)) == (0, 0)
     assert answer.rounding.step_s == pytest.approx(step)
     assert answer.timing_error_s == pytest.approx(step / np.sqrt(12), rel=0.6)
-    own = answer.found.adjusted
+    own = answer.fit.adjusted
     for x in EACH:
         assert abs(own.model.value_of(x) - 0.5) < stdtrit(own.freedom, 0.999) * own.deviation_of(x)
 

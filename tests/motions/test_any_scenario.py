@@ -16,7 +16,7 @@ from strategies import solvable_trees
 
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
-from vireport.cli.outputs import run_files
+from vireport.cli.outputs import RunPages, run_files
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import orbits
 from vireport.study.provenance import provenance_of
@@ -63,7 +63,7 @@ def test_any_scenario_is_drawn_and_reported_or_refused(tree: dict) -> None:
         study = analyse(loaded, ("html", "png"))
     except NumericalError:
         return
-    files = run_files(study, "", None, lambda what: None)
+    files = run_files(study, "", RunPages(), lambda what: None)
     assert b"Where the starts end" in files["report.html"]
     assert ("figure-3.png" in files) == ("sweep" in tree)
 

@@ -42,7 +42,7 @@ OF_UNLIKE = [row for row in catalogue(load(EXAMPLES / "inclined.yaml", UNLIKE)) 
 @pytest.mark.parametrize("row", [*CASES.values(), *HORIZONTAL, *OF_UNLIKE], ids=lambda row: row.title)
 def test_every_case_passes(row: Case) -> None:
     outcome = run(row)
-    assert outcome.verdict is CaseVerdict.PASSED, outcome.found
+    assert outcome.verdict is CaseVerdict.PASSED, outcome.finding
 
 
 PITCHFORK, GRAZE = "critical points: pitchfork", "grazing: gap 0"

@@ -92,11 +92,11 @@ class Mistakes:
     """
 
     def __init__(self) -> None:
-        self.told: list[Mistake] = []
+        self.reported: list[Mistake] = []
         self.more = 0
 
     def __bool__(self) -> bool:
-        return bool(self.told)
+        return bool(self.reported)
 
     @property
     def countless(self) -> bool:
@@ -105,8 +105,8 @@ class Mistakes:
 
     def add(self, line: int, path: str, message: Callable[[], str] | str) -> None:
         """Add a mistake; what words it is called where it is told alone."""
-        if len(self.told) < MOST_MISTAKES:
-            self.told.append(Mistake(line, path, message if isinstance(message, str) else message()))
+        if len(self.reported) < MOST_MISTAKES:
+            self.reported.append(Mistake(line, path, message if isinstance(message, str) else message()))
         else:
             self.more += 1
 

@@ -44,7 +44,7 @@ by its head."""
 COMMENTS = {".html": "<!-- {} -->", ".md": "<!-- {} -->", ".pdf": "% {}", ".svg": "<!-- {} -->", ".yaml": "# {}"}
 """What a file ends with where nothing else in it says what wrote it, by its suffix."""
 
-KNOWN_BESIDE = {"impacts.csv": ("identified.json", "figure-record.png"), "identified.yaml": ("identified.json",)}
+RECOGNISED_BY = {"impacts.csv": ("identified.json", "figure-record.png"), "identified.yaml": ("identified.json",)}
 """Files with what a user's have as well: they are ours beside one of these of ours."""
 
 MOST_NAMED = 5
@@ -148,8 +148,8 @@ def _require_ours(folder: Path, names: Iterable[str]) -> None:
 
 def _is_ours(path: Path) -> bool:
     """Whether a file says that this program wrote it; one that cannot be read does not."""
-    if path.name in KNOWN_BESIDE:
-        return any(_is_ours(path.with_name(name)) for name in KNOWN_BESIDE[path.name])
+    if path.name in RECOGNISED_BY:
+        return any(_is_ours(path.with_name(name)) for name in RECOGNISED_BY[path.name])
     try:
         return path.is_file() and is_marked(path.name, path.read_bytes())
     except OSError:
@@ -159,7 +159,7 @@ def _is_ours(path: Path) -> bool:
 def marked(name: str, data: bytes) -> bytes:
     """A file that says what wrote it, as far as its kind has a place for that."""
     comment = COMMENTS.get(Path(name).suffix)
-    if comment is None or name in KNOWN_BESIDE or is_marked(name, data):
+    if comment is None or name in RECOGNISED_BY or is_marked(name, data):
         return data
     return data + f"\n{comment.format(WRITTEN_BY)}\n".encode()
 

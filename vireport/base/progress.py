@@ -26,7 +26,7 @@ class WorkStep(str):
     number: str
 
     def __new__(cls, name: str, share: float | None = None, number: str = "") -> Self:
-        """Make the text of it."""
+        """Make the step, whose text is its name with its number."""
         step = super().__new__(cls, f"{name}, {number}" if number else name)
         step.name, step.share, step.number = name, share, number
         return step

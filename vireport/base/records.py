@@ -35,7 +35,7 @@ def brief(record: Struct) -> str:
     It is the `__repr__` of records that hold arrays or other records, of which Struct's own would fill the screen.
     """
     values = {name: getattr(record, name) for name in record.__struct_fields__}
-    fields = (f"{name}={_told(value)}" for name, value in values.items() if not _is_nothing(value))
+    fields = (f"{name}={_value_text(value)}" for name, value in values.items() if not _is_nothing(value))
     return f"{type(record).__name__}({', '.join(fields)})"
 
 
@@ -43,7 +43,7 @@ def _is_nothing(value: Any) -> bool:
     return value is None or (isinstance(value, str | tuple | list | dict) and not value)
 
 
-def _told(value: Any) -> str:
+def _value_text(value: Any) -> str:
     """A value within the line of a record; of a record within it the name alone."""
     if isinstance(value, Struct):
         return f"{type(value).__name__}(...)"

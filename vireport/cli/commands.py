@@ -142,7 +142,7 @@ def run(
 
         refuse_special(loaded.scenario, "--certify")
         require_proofs()
-    from vireport.cli.outputs import file_names, results_outcome, run_outcome
+    from vireport.cli.outputs import BeforeRun, RunPages, file_names, results_outcome, run_outcome
 
     command = recorded(context)
     if json:
@@ -158,9 +158,8 @@ def run(
     with progress(quiet, verbose) as say:
         # Those of a sweep are asked for by it; a device without one has none but those of its pages.
         every_figure = bool(format_) or loaded.scenario.sweep is None
-        outcome = run_outcome(
-            loaded, (*formats, *added), command, templates, say, before, earlier, paper, width_mm, every_figure
-        )
+        pages = RunPages((*formats, *added), templates, paper, width_mm, every_figure)
+        outcome = run_outcome(loaded, command, pages, BeforeRun(before, earlier), say)
     deliver(outcome, folder, quiet)
 
 

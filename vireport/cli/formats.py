@@ -16,7 +16,7 @@ FIGURES = "png", "svg", "figure-pdf"
 
 
 class CommandFormats(Struct, frozen=True):
-    """The formats of a command.
+    """The output formats that a command allows, and those that it writes by default.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ class PaperSize(StrEnum):
 
 
 class ClockReference(StrEnum):
-    """What time 0 of a record can be."""
+    """What time 0 of a record of impacts can be known to be."""
 
     FORCE = "force"
 
@@ -246,7 +246,7 @@ FILES = {"scenario", "scenarios", "file", "baseline", "impacts", "record"}
 """Arguments and options whose values are files: their folders do not change the results either."""
 
 
-def _given(context: typer.Context, names: Iterable[str]) -> Iterator[tuple[str, Any]]:
+def _changed_options(context: typer.Context, names: Iterable[str]) -> Iterator[tuple[str, Any]]:
     """The parameters of a command among some that have another value than by default: how it is written, its value."""
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")
@@ -260,7 +260,7 @@ def recorded(context: typer.Context) -> str:
     words = ["vireport", context.command.name or ""]
     for parameter in context.command.params:
         name = parameter.name or ""
-        for flag, value in _given(context, {name} - NOT_RECORDED):
+        for flag, value in _changed_options(context, {name} - NOT_RECORDED):
             for one in value if isinstance(value, list | tuple) else [value]:
                 text = [] if isinstance(one, bool) else [visible(Path(one).name if name in FILES else str(one))]
                 words += [*filter(None, [flag]), *text]
@@ -275,7 +275,7 @@ def refuse(context: typer.Context, why: str, *names: str) -> None:
     UsageError
         If one of them was given.
     """
-    if flags := [flag for flag, _ in _given(context, names)]:
+    if flags := [flag for flag, _ in _changed_options(context, names)]:
         raise UsageError(f"{why}: leave out {' and '.join(flags)}")
 
 

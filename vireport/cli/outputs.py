@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.progress import portion
@@ -57,35 +58,15 @@ def results_outcome(
     return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, earlier)
 
 
-def run_outcome(
-    loaded: Loaded,
-    formats: Sequence[str],
-    command: str,
-    templates: Path | None,
-    say: Progress,
-    baseline: Mapping[str, Any] | None,
-    earlier: Earlier | None,
-    paper: str,
-    width_mm: float | None = None,
-    every_figure: bool = True,
-) -> CommandOutcome:
-    """The files of a scenario, what is for standard output beside them, and the verdict.
+class RunPages(Struct, frozen=True):
+    """What a run writes for a reader, and how.
 
-    Parameters
+    Attributes
     ----------
-    loaded : Loaded
     formats : sequence of str
         Among `study.ALL_FORMATS`, or the name of an addition that is asked for as these are.
-    command : str
-        For the record.
     templates : Path, optional
         A folder whose report templates replace the package's.
-    say : callable
-        Told each step as it begins.
-    baseline : mapping or None
-        results.json of an earlier run, as data. What has changed since is told, and has no part in the exit code.
-    earlier : Earlier or None
-        The run that the scenario comes from: what differs from its results is told.
     paper : str
         Of the PDF: a4 or letter.
     width_mm : float, optional
@@ -93,6 +74,64 @@ def run_outcome(
     every_figure : bool
         Whether the figures that are on the pages are files of their own as well.
     """
+
+    formats: Sequence[str] = ()
+    templates: Path | None = None
+    paper: str = "a4"
+    width_mm: float | None = None
+    every_figure: bool = True
+
+
+class BeyondStudy(Struct, frozen=True, eq=False):
+    """What a report has beyond its study.
+
+    Attributes
+    ----------
+    changes : Table, optional
+        What has changed since a baseline.
+    search : tuple of str or Table
+        On the search for the best design, if it is one.
+    pictures : tuple of Picture
+        Of that search.
+    opens : Opening, optional
+        What it begins with, if that is not a run.
+    """
+
+    changes: Table | None = None
+    search: tuple[str | Table, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    opens: Opening | None = None
+
+
+class BeforeRun(Struct, frozen=True, eq=False):
+    """Earlier results that a run is held against.
+
+    Attributes
+    ----------
+    baseline : mapping, optional
+        results.json as data. What has changed since is told, and has no part in the exit code.
+    earlier : Earlier, optional
+        The run that the scenario comes from: what differs from its results is told.
+    """
+
+    baseline: Mapping[str, Any] | None = None
+    earlier: Earlier | None = None
+
+
+def run_outcome(loaded: Loaded, command: str, pages: RunPages, before: BeforeRun, say: Progress) -> CommandOutcome:
+    """The files of a scenario, what is for standard output beside them, and the verdict.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    command : str
+        For the record.
+    pages : RunPages
+    before : BeforeRun
+    say : callable
+        Called with each step as it begins.
+    """
+    formats, templates = pages.formats, pages.templates
     study = analyse(loaded, formats, portion(say, 0.0, ANALYSED_SHARE))
     printed = ""
     if study.plan.runs(Task.GITHUB):
@@ -101,20 +140,20 @@ def run_outcome(
         printed = github(study)
     doubts = (alert.text for alert in study.alerts if alert.code in DOUBTFUL_INPUTS)
     summary, changes = "\n".join([*study.opening.worded(templates).lines, *doubts]), None
-    if baseline is not None:
+    if before.baseline is not None:
         from vireport.report.changes.baseline import diff
         from vireport.report.changes.diff_outputs import changes_table, diff_text
 
-        changed = diff(baseline, study)
+        changed = diff(before.baseline, study)
         summary, changes = (
             f"{summary}\n{diff_text(changed, templates=templates)}",
             changes_table(changed, templates=templates),
         )
-    files = run_files(study, command, templates, say, changes, paper, width_mm=width_mm, every_figure=every_figure)
+    files = run_files(study, command, pages, say, BeyondStudy(changes))
     outcome = _judged(study, printed, _printed(study), files, summary)
     others = [task for task in NAMES if task not in formats]
     return replace(
-        _again(outcome, study, earlier, templates), stale=file_names(formats), other_files=file_names(others)
+        _again(outcome, study, before.earlier, templates), stale=file_names(formats), other_files=file_names(others)
     )
 
 
@@ -123,32 +162,30 @@ DOUBTFUL_INPUTS = (AlertCode.IMPLAUSIBLE_INPUT, AlertCode.RECORD_DOUBTFUL)
 
 
 def run_files(
-    study: Study,
-    command: str,
-    templates: Path | None,
-    say: Progress,
-    changes: Table | None = None,
-    paper: str = "a4",
-    search: tuple[str | Table, ...] = (),
-    more: tuple[Picture, ...] = (),
-    width_mm: float | None = None,
-    opens: Opening | None = None,
-    every_figure: bool = True,
+    study: Study, command: str, pages: RunPages, say: Progress, beyond: BeyondStudy | None = None
 ) -> dict[str, bytes]:
-    """The files of a study by their names, its figures as wide as a column of a paper where a width is given.
+    """The files of a study by their names.
 
-    The reports tell what has changed since a baseline, if there is one, and of the search for the best design, if it is
-    one, with `more` pictures, and begin with what `opens` it, if that is not a run. Without `every_figure` those of the
-    pages are no files.
+    Parameters
+    ----------
+    study : Study
+        Of which the plan says which files there are.
+    command : str
+        For the record.
+    pages : RunPages
+    say : callable
+        Called with each step as it begins.
+    beyond : BeyondStudy, optional
     """
+    templates, beyond = pages.templates, beyond or BeyondStudy()
     plan, provenance, files = study.plan, provenance_of(study.loaded, command), dict[str, bytes]()
-    pictures = more
+    pictures = beyond.pictures
     if plan.runs(*figures()):
         say("drawing")
         from vireport.figures.curves import simulated_points
         from vireport.figures.pictures import pictures as pictures_of
 
-        pictures = (*pictures_of(study, simulated_points(study), templates, width_mm=width_mm), *more)
+        pictures = (*pictures_of(study, simulated_points(study), templates, width_mm=pages.width_mm), *pictures)
     if plan.runs(Task.HTML, Task.PDF, *FIGURE_FORMATS):
         say("setting the report")
         from vireport.report.context import Report
@@ -156,12 +193,14 @@ def run_files(
 
         paged = plan.runs(Task.HTML, Task.PDF)
         origin = with_pages(provenance, drawn=bool(pictures)) if paged else provenance
-        on_pages = () if every_figure else FIGURES_OF_PAGES
+        on_pages = () if pages.every_figure else FIGURES_OF_PAGES
         pixels = {picture.name for picture in pictures if plan.runs(Task.PNG) and picture.name not in on_pages}
         drawn = {picture.name: replace(picture, recorded=picture.name in pixels) for picture in pictures}
-        report = Report(study, drawn, origin, changes, search, templates, opens=opens)
+        report = Report(study, drawn, origin, beyond.changes, beyond.search, templates, opens=beyond.opens)
         drawn_in = {task for task in NAMES if plan.runs(task)}
-        files |= render_files(report, drawn_in, templates, paper, lambda: _data_files(study, provenance), on_pages)
+        files |= render_files(
+            report, drawn_in, templates, pages.paper, lambda: _data_files(study, provenance), on_pages
+        )
     else:
         files |= _data_files(study, provenance)
     if plan.runs(Task.JUNIT):
@@ -172,7 +211,7 @@ def run_files(
         from vireport.report.context import Report
         from vireport.report.rendering import render_markdown
 
-        summary = Report(study, {}, provenance, changes, templates=templates, template="summary.md.j2")
+        summary = Report(study, {}, provenance, beyond.changes, templates=templates, template="summary.md.j2")
         files["summary.md"] = render_markdown(summary, templates)
     return files
 
@@ -210,5 +249,5 @@ def _again(
 
 
 def _printed(study: Study) -> str:
-    """What additions print."""
+    """What additions to a study print on standard output beside the summary."""
     return "".join(finding.printed(result, study) for finding, result in found_by(study.findings))

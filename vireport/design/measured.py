@@ -112,9 +112,9 @@ def share_that_fits(answer: Identification) -> MeasuredShare | None:
     ----------
     answer : Identification
     """
-    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
+    if not answer.misfit.accepted or not isinstance(answer.fit, Fitted):
         return None
-    fitted = answer.found.adjusted
+    fitted = answer.fit.adjusted
     rows = [k for k, x in enumerate(fitted.unknowns) if x.design_input is not None]
     inputs = [x.design_input for x in fitted.unknowns if x.design_input is not None]
     device = fitted.model.device
@@ -141,9 +141,9 @@ def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldH
     shaker : ShakerMotion or None
         As it was measured.
     """
-    if not answer.misfit.accepted or not isinstance(answer.found, Fitted):
+    if not answer.misfit.accepted or not isinstance(answer.fit, Fitted):
         return None
-    device = answer.found.adjusted.model.device
+    device = answer.fit.adjusted.model.device
     if not device.harmonics:
         return None
     end = design_point(device, None).nearest if _has_theory(device) else None

@@ -54,11 +54,9 @@ def identify(
         if impacts is not None and Path(impacts).resolve() == (folder / outputs.RECORD).resolve():
             names = tuple(name for name in names if name != outputs.RECORD)  # it is written as it is
         require_writable(folder, names, force)
-    pages = outputs.Pages(formats, templates, paper)
+    request = outputs.Request(loaded, impacts, record, clock is not None, tuple(free or ()), command)
     with progress(quiet, verbose) as say:
-        outcome = outputs.outcome(
-            loaded, impacts, record, clock is not None, free or [], command, json, verbose, say, pages
-        )
+        outcome = outputs.outcome(request, outputs.Pages(formats, templates, paper, json, verbose), say)
     deliver(outcome, folder, quiet)
 
 

@@ -27,7 +27,7 @@ HEIGHT, HIGHER = 1.25, 1.35
 NORMAL_95 = 1.96
 """Half of the interval that 95 % of normal errors are in, over their standard deviation."""
 
-MOST_SHOWN = 3000
+MOST_DRAWN = 3000
 """Impacts beyond which only every second, third, ... is drawn."""
 
 NAME = "figure-impacts"
@@ -36,7 +36,7 @@ BAND: Look = {"color": Color.FILL_A, "alpha": 0.6, "linewidth": 0, "zorder": 0.5
 
 
 def impacts_picture(answer: Identification, record: Record, templates: Path | None = None) -> Picture:
-    """The figure with its words.
+    """Draw the timing errors of impacts, or without a fit their phases, with title and caption.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def impacts_picture(answer: Identification, record: Record, templates: Path | No
         A folder whose words come before the package's own.
     """
     words = Words("figures/impacts", templates)
-    fitted = answer.found if isinstance(answer.found, Fitted) else None
+    fitted = answer.fit if isinstance(answer.fit, Fitted) else None
     kind = "phases" if fitted is None else "errors"
 
     facts = {
@@ -116,5 +116,5 @@ def _label(axes: Any, height: float, text: str, color: str) -> None:
 
 
 def _every(count: int) -> int:
-    """One of so many impacts is drawn."""
-    return max(1, ceil(count / MOST_SHOWN))
+    """The step between the impacts that are drawn, of so many in all."""
+    return max(1, ceil(count / MOST_DRAWN))

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from msgspec import Struct
+
 from vireport.design.measured import HeldHarmonics, MeasuredShare
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import BOTH_MEMBRANES, Identification, IdentifiedInput
 from vireport.measurement.misfit import LEVEL, BetterFit, Hidden, Misfit
 from vireport.measurement.picking import Doubt
+from vireport.measurement.records import Record
 from vireport.measurement.signals import Signals
 from vireport.study.judging.alerts import record_alerts
 from vireport.study.judging.opening import Opening, Statement, gravest
@@ -32,37 +35,38 @@ OF_CLOCK_OR_LAW = Unknown.FREQUENCY, Unknown.DRIFT, Unknown.EXPONENT
 """What may be wrong otherwise than by a wrong input, each with words of its own."""
 
 
-def identified_opening(
-    answer: Identification,
-    impacts: int,
-    signals: Signals | None,
-    share: MeasuredShare | None,
-    held: HeldHarmonics | None,
-    unused: tuple[str, ...],
-) -> Opening:
-    """Choose what an identification opens with.
+class IdentifiedRecord(Struct, frozen=True, eq=False):
+    """The answer that a record gives, and what follows of it.
 
-    Parameters
+    Attributes
     ----------
     answer : Identification
-    impacts : int
-        Rows of the record.
+    record : Record
     signals : Signals or None
         That the impacts were picked from.
     share : MeasuredShare or None
         Of devices that fit the record, those with stable motion.
     held : HeldHarmonics or None
-    unused : tuple of str
-        Columns of the record that were read and not used.
     """
-    misfit = answer.misfit
-    tiles = (*_identified(answer), _fit(misfit, answer), _impacts(answer, impacts), *_timing(answer))
+
+    answer: Identification
+    record: Record
+    signals: Signals | None
+    share: MeasuredShare | None
+    held: HeldHarmonics | None
+
+
+def identified_opening(identified: IdentifiedRecord) -> Opening:
+    """Choose what an identification opens with."""
+    answer, signals, held = identified.answer, identified.signals, identified.held
+    misfit, record = answer.misfit, identified.record
+    tiles = (*_identified(answer), _fit(misfit, answer), _impacts(answer, len(record.times)), *_timing(answer))
     if not misfit.accepted:
         facts = gravest([*_instead(misfit), *_of_signals(signals)])
         return Opening(Status.BAD, _said("word_contradicts"), _contradiction(misfit), facts, tiles)
-    every = [*_of_stability(share), *_of_record(answer), *_of_signals(signals)]
+    every = [*_of_stability(identified.share), *_of_record(answer), *_of_signals(signals)]
     every += [Statement(Status.NEUTRAL, _said("held", held))] if held is not None else []
-    every += [Statement(Status.NEUTRAL, _said("not_used", unused))] if unused else []
+    every += [Statement(Status.NEUTRAL, _said("not_used", record.unused))] if record.unused else []
     facts = gravest(every)
     gravity = {fact.status for fact in (*facts, *tiles)}
     status = next((fact for fact in (Status.BAD, Status.CAUTION) if fact in gravity), Status.GOOD)
@@ -117,7 +121,7 @@ def _contradiction(misfit: Misfit) -> Said:
 
 
 def _instead(misfit: Misfit) -> Iterator[Statement]:
-    """What would explain the record, and what to do."""
+    """Statements of what would explain a record that contradicts the model, and what to do."""
     better = misfit.explanation
     if better is None or better.unknown is None:
         name = "exchange" if better is not None else "look_for_cause"
@@ -156,7 +160,7 @@ def _of_stability(share: MeasuredShare | None) -> Iterator[Statement]:
 
 
 def _of_record(answer: Identification) -> Iterator[Statement]:
-    """What the record does not tell."""
+    """Statements of what an accepted fit leaves untested: hidden inputs, untested causes, rounded times."""
     misfit = answer.misfit
     unseen = misfit.untested, misfit.swapped_untested, misfit.distortion_untested
     if misfit.hidden:
@@ -200,7 +204,7 @@ def _identified(answer: Identification) -> Iterator[Statement]:
 
 
 def _fit(misfit: Misfit, answer: Identification) -> Statement:
-    if not isinstance(answer.found, Fitted):
+    if not isinstance(answer.fit, Fitted):
         return Statement(Status.BAD, _said("tile_no_fit"))
     if misfit.by_flights:
         return Statement(Status.BAD, _said("tile_flights", misfit.by_flights))
@@ -212,7 +216,7 @@ def _fit(misfit: Misfit, answer: Identification) -> Statement:
 
 
 def _impacts(answer: Identification, impacts: int) -> Statement:
-    fitted = answer.found
+    fitted = answer.fit
     if not isinstance(fitted, Fitted):
         return Statement(Status.NEUTRAL, _said("tile_impacts_alone", impacts))
     missed = sum(gap.missed_s is not None for gap in fitted.gaps)
@@ -222,7 +226,7 @@ def _impacts(answer: Identification, impacts: int) -> Statement:
 
 def _timing(answer: Identification) -> Iterator[Statement]:
     """The timing error, or what fits instead."""
-    better, fitted, error = answer.misfit.explanation, answer.found, answer.timing_error_s
+    better, fitted, error = answer.misfit.explanation, answer.fit, answer.timing_error_s
     if better is not None:
         offset = "" if better.unknown is None else f"{_of_better(better)} {better.unknown.unit}".rstrip()
         yield Statement(

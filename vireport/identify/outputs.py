@@ -14,8 +14,8 @@ from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import file_names
-from vireport.design.measured import HeldHarmonics, MeasuredShare, held_harmonics, share_that_fits
-from vireport.identify.opening import identified_opening, most_hidden, open_opening
+from vireport.design.measured import HeldHarmonics, held_harmonics, share_that_fits
+from vireport.identify.opening import IdentifiedRecord, identified_opening, most_hidden, open_opening
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable
 from vireport.measurement.inquiry import Identification, answered, inquiry_of
@@ -70,7 +70,7 @@ WORDS = Words("identify")
 
 
 class Pages(Struct, frozen=True):
-    """What is written for a reader, and how.
+    """What is printed and written for a reader, and how.
 
     Attributes
     ----------
@@ -80,28 +80,46 @@ class Pages(Struct, frozen=True):
         A folder whose templates come before ours.
     paper : str
         Of the PDF: a4 or letter.
+    json : bool
+        Whether JSON is printed, and no page is written.
+    tables : bool
+        Whether all numbers are printed.
     """
 
-    formats: Collection[Task]
+    formats: Collection[Task] = ()
     templates: Path | None = None
     paper: str = "a4"
+    json: bool = False
+    tables: bool = False
 
 
-def outcome(
-    loaded: Loaded,
-    impacts: str | None,
-    recorded: str | None,
-    referenced: bool,
-    free: list[str],
-    command: str,
-    json: bool,
-    tables: bool,
-    say: Progress,
-    pages: Pages,
-) -> CommandOutcome:
-    """Identify a device from a record of its impacts, or from raw signals; with `tables`, all numbers are printed.
+class Request(Struct, frozen=True, eq=False):
+    """What is to be identified from which record.
 
-    Where JSON is printed, no `pages` are written.
+    Attributes
+    ----------
+    loaded : Loaded
+        The scenario.
+    impacts, signals : str or None
+        Path of the record: of impacts, or of raw signals.
+    referenced : bool
+        Whether time 0 of the impacts is a maximum of the force.
+    free : tuple of str
+        Keys of the unknowns; both restitutions where there are none.
+    command : str
+        For the record of how it was made.
+    """
+
+    loaded: Loaded
+    impacts: str | None = None
+    signals: str | None = None
+    referenced: bool = False
+    free: tuple[str, ...] = ()
+    command: str = ""
+
+
+def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
+    """Identify a device from a record of its impacts, or from raw signals.
 
     Raises
     ------
@@ -110,11 +128,12 @@ def outcome(
     NumericalError
         If the record does not hold what is asked for.
     """
-    inquiry = inquiry_of(loaded.scenario, free, referenced)
-    signals = None
+    loaded, impacts, referenced, command = request.loaded, request.impacts, request.referenced, request.command
+    json, words = pages.json, Words("identify", pages.templates)
+    inquiry, signals = inquiry_of(loaded.scenario, request.free, referenced), None
     say(WorkStep("reading the record", 0.0))
-    if recorded is not None:
-        signals = read_signals(recorded, inquiry, portion(say, 0.0, PICKED_SHARE))
+    if request.signals is not None:
+        signals = read_signals(request.signals, inquiry, portion(say, 0.0, PICKED_SHARE))
         record = signals.record
         if signals.shaker is not None:
             if referenced:
@@ -134,14 +153,13 @@ def outcome(
         say(WorkStep("drawing the record", PICKED_SHARE))
         pictures.append(record_picture(signals, pages.templates))
     rest = say if signals is None else portion(say, PICKED_SHARE if json else DRAWN_SHARE, 1.0)
-    words = Words("identify", pages.templates)
 
-    def told(
+    def outcome_of(
         opening: Opening, parts: tuple[str | Table, ...], failure: str, code: int, opened: tuple[str, ...] = ()
     ) -> CommandOutcome:
         """The outcome for a reader; a page says what is `opened` by its opening, and a terminal in numbers as well."""
         doubts = () if signals is None else record_alerts(signals.doubts)
-        text = _text(opening, doubts, (*opened, *parts) if tables else (), pages.templates)
+        text = _text(opening, doubts, (*opened, *parts) if pages.tables else (), pages.templates)
         from vireport.identify.page import IdentifyReport
         from vireport.report.rendering import render_files
 
@@ -163,11 +181,12 @@ def outcome(
             raise NumericalError(failure) from refused
         # What was picked may be why: it is shown all the same.
         opening = open_opening(failure, signals)
-        return told(opening, tuple(_signals_parts(signals, words)), failure, NumericalError.exit_code)
+        return outcome_of(opening, tuple(_signals_parts(signals, words)), failure, NumericalError.exit_code)
     shaker = signals.shaker if signals is not None else None
     scenario = _scenario_text(loaded.scenario, answer, shaker)
     rest(WorkStep("trying devices as the errors allow", ANSWERED_SHARE))
     share, held = share_that_fits(answer), held_harmonics(answer, shaker)
+    identified = IdentifiedRecord(answer, record, signals, share, held)
     data = _data(answer, scenario)
     data["devices"] = None if share is None else to_builtins(share)
     data["held_harmonics"] = None if held is None else _held_data(held)
@@ -186,9 +205,8 @@ def outcome(
     from vireport.identify.impacts_figure import impacts_picture
 
     pictures.append(impacts_picture(answer, record, pages.templates))
-    opening = identified_opening(answer, len(record.times), signals, share, held, record.unused)
-    opened = _opened(answer, share, held, words)
-    return told(opening, tuple(_parts(answer, signals, record.unused, words)), failure, bool(failure), tuple(opened))
+    opened, parts = tuple(_opened(identified, words)), tuple(_parts(identified, words))
+    return outcome_of(identified_opening(identified), parts, failure, bool(failure), opened)
 
 
 def _text(
@@ -298,7 +316,7 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
 def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
     misfit = answer.misfit
     inputs = answer.identified
-    fitted = answer.found if isinstance(answer.found, Fitted) else None
+    fitted = answer.fit if isinstance(answer.fit, Fitted) else None
     count = len(inputs)
     instead = misfit.explanation
     return {
@@ -356,7 +374,7 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
         return None
     data = to_dict(scenario)
     tolerances = data["tolerances"] or {}
-    device, fitted = data["device"], answer.found
+    device, fitted = data["device"], answer.fit
     assert isinstance(fitted, Fitted)
     if any(x in RESTITUTIONS for x in values):
         # Of one membrane alone the other stays; of both together their difference does.
@@ -400,11 +418,10 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
     return text
 
 
-def _opened(
-    answer: Identification, share: MeasuredShare | None, held: HeldHarmonics | None, words: Words
-) -> Iterator[str]:
+def _opened(identified: IdentifiedRecord, words: Words) -> Iterator[str]:
     """What the opening has as well: here with all numbers, and as reasons."""
-    fitted, misfit = answer.found, answer.misfit
+    answer = identified.answer
+    fitted, misfit = answer.fit, answer.misfit
     if isinstance(fitted, Fitted):
         missed = sum(gap.missed_s is not None for gap in fitted.gaps)
         weighted = fitted.adjusted.equations.relative is not None
@@ -417,16 +434,15 @@ def _opened(
             yield summary
     if not misfit.accepted:
         yield f"The data contradict the model: {words('reason', misfit)}."
-    if share is not None:
-        yield words("devices", share)
-    if held is not None:
-        yield words("held", held)
+    if identified.share is not None:
+        yield words("devices", identified.share)
+    if identified.held is not None:
+        yield words("held", identified.held)
 
 
-def _parts(
-    answer: Identification, signals: Signals | None, unused: tuple[str, ...], words: Words
-) -> Iterator[str | Table]:
+def _parts(identified: IdentifiedRecord, words: Words) -> Iterator[str | Table]:
     """What is identified, what the record does not show, and what was picked."""
+    answer, unused = identified.answer, identified.record.unused
     misfit = answer.misfit
     if answer.rounding is not None:
         yield words("rounded", answer.rounding)
@@ -450,5 +466,5 @@ def _parts(
         yield words("hidden", misfit.hidden, most_hidden(misfit.hidden))
     if unused:
         yield words("not_used", unused)
-    if signals is not None:
-        yield from _signals_parts(signals, words)
+    if identified.signals is not None:
+        yield from _signals_parts(identified.signals, words)

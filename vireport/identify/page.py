@@ -57,7 +57,7 @@ class IdentifyReport(Struct, frozen=True, eq=False):
 
     @property
     def heading(self) -> str:
-        """What was identified from what."""
+        """The heading of the page, with the name of the record."""
         return Words("identify", self.templates)("heading", self.record)
 
     @property
@@ -67,7 +67,7 @@ class IdentifyReport(Struct, frozen=True, eq=False):
 
     @property
     def verdict(self) -> WordedOpening:
-        """What it opens with."""
+        """Verdict, sentence, facts and tiles that the page opens with, in words."""
         return self.opening.worded(self.templates)
 
     @property

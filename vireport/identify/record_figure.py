@@ -26,7 +26,7 @@ PERIODS = 4
 BINS = 1500
 """Places of a stretch, at each of which the least and the largest value are drawn."""
 
-MOST_SHOWN = 60
+MOST_DRAWN = 60
 """Impacts that are laid over one another."""
 
 AROUND = 0.002, 0.006
@@ -41,7 +41,7 @@ FITTED: Look = {"color": Color.VERMILION, "linewidth": 1.2}
 
 
 def record_picture(signals: Signals, templates: Path | None = None) -> Picture:
-    """The figure with its words.
+    """Draw what was picked from raw signals, with title and caption.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def figure_record(signals: Signals) -> Figure:
 
 
 def _whole_row(figure: Figure, panels: Any, row: int) -> Axes:
-    """One panel in place of both of a row."""
+    """Replace the two panels of a row by one as wide as both."""
     grid = panels[row, 0].get_gridspec()
     for axes in panels[row]:
         axes.remove()
@@ -139,7 +139,7 @@ def _beginnings(axes: Axes, picked: Picked, channels: list[tuple[Heard, Floats]]
     recording = picked.recording
     before, after = (max(3, int(share * period / recording.step_s)) for share in AROUND)
     for (heard, signal), color in zip(channels, (Color.BLUE, Color.GREEN), strict=False):
-        for k in range(0, len(heard.times), max(1, len(heard.times) // MOST_SHOWN)):
+        for k in range(0, len(heard.times), max(1, len(heard.times) // MOST_DRAWN)):
             stretch = max((x for x in recording.stretches if x.start_s <= heard.times[k]), key=lambda x: x.first)
             at = (heard.times[k] - stretch.start_s) / recording.step_s + stretch.first
             rows = np.arange(max(int(at) - before, stretch.first), min(int(at) + after, stretch.last))

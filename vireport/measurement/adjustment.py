@@ -205,10 +205,12 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         weights = Weights(system)
         around = system.impacts[:, None] + np.arange(-1, 2)
         # The equations at the measured times, linearised at the times of this step.
+        # Linearised there, and not at the measured times, the iteration converges to the exact conditions.
         misclosure = system.value + np.einsum("ij,ij->i", system.by_time, (times - true)[around])
         white, columns = weights.whitened(misclosure), weights.whitened(system.by_unknown * scales)
         freedom = len(misclosure) - len(unknowns) + len(where)
         if step == 0:
+            # Priors need a variance of the times to be weighed against; before a fit there is only this one.
             square = float(white @ white) / max(freedom, 1)
         # Unknowns of which something is known beforehand are observed once more, with a weight.
         values = np.array([model.value_of(x) for x in unknowns])
@@ -220,6 +222,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         inverse, move = _solved(design, right, np.array([x not in observed for x in unknowns]))
         left = right + design @ move
         square = float(left @ left) / max(freedom, 1)
+        # The least errors that close the equations: the transposed conditions times their multipliers.
         errors = np.zeros_like(times)
         np.add.at(errors, around, system.by_error * weights.returned(left[: len(white)])[:, None])
         errors *= shares
@@ -228,6 +231,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         allowed = LARGEST_STEP * np.minimum(np.append(flights, np.inf), np.concatenate([[np.inf], flights]))
         move_of_times = target - true
         moved = np.clip(move_of_times, -allowed, allowed)
+        # A step of the unknowns beyond 0.2 of their scales leaves the range in which the conditions are linear.
         limit = max(1.0, float(np.abs(move).max(initial=0.0)) / 0.2)
         true, values = true + moved / limit, values + scales * move / limit
         values = within(unknowns, values)
@@ -271,6 +275,7 @@ def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
     free : Mask (p,)
         Unknowns without priors: only combinations of these may be left open, along which no step is taken.
     """
+    # Combinations of free unknowns that the record leaves open are taken out, so that no step goes along them.
     ways = np.eye(len(free))
     if free.any():
         _, s, v = np.linalg.svd(design[:, free], full_matrices=False)

@@ -168,7 +168,7 @@ class MeasuredImpacts(Struct, frozen=True, eq=False):
         return some if flown is None else replace(some, flown=flown)
 
     def first(self, count: int) -> MeasuredImpacts:
-        """The first of the impacts."""
+        """So many of the impacts, from the first one on."""
         few = np.arange(min(count, len(self)))
         return self.rows(few, self.flown[: max(len(few) - 1, 0)])
 
@@ -253,6 +253,7 @@ def _flown(groups: Groups[Any], phase: Any, times: Array, walls: Array) -> _Flig
     """Flights between impacts at dimensionless times; of several phases (p, 1) of the force one row for each."""
     duration = times[1:] - times[:-1]
     first, last = (groups.wave(pi * t + phase, ARRAYS) for t in (times[:-1], times[1:]))
+    # The ball starts from one membrane and arrives at the same one, or a distance d away.
     across = (walls[1:] - walls[:-1]) * groups.d / 2
     # The velocity with which a flight that begins at rest covers what is missing, Eq. (2.12).
     covered = flight.displacement(duration, 0.0, first.impulse, first.path, last.path, groups.gbar)
@@ -275,6 +276,7 @@ def _by_time(flights: _Flights, gbar: float, first: Indices, slope: Any) -> Arra
     slope : float or Array
         Derivative of r W by W.
     """
+    # An impact ends the flight before it and begins its own: its time is in both.
     last = first - 1
     u, w, duration = flights.after, flights.before, flights.duration
     return np.stack(
@@ -309,6 +311,7 @@ def around_phases(
     first = _between(impacts)
     u, w = flights.after[:, first], flights.before[:, first - 1]
     with np.errstate(all="ignore"):
+        # A ball that does not move towards the membrane it strikes has no restitution.
         single = np.where(walls[first] * w > 0, -u / w, np.nan)
     r = profile(single, walls[first])
     by_time = _by_time(flights, float(groups.gbar), first, r)
@@ -346,6 +349,7 @@ def equations(model: ClockedDevice, impacts: MeasuredImpacts, unknowns: tuple[Un
     u, w = flights.after[first], flights.before[last]
     share = np.ones_like(w)
     if model.exponent:
+        # A velocity of exactly 0 would make a negative power infinite.
         share = (np.maximum(np.abs(w), 1e-300) / model.speed) ** model.exponent
     r = np.where(wall > 0, bottom, top) * share
     slope = (1 + model.exponent) * r

@@ -157,7 +157,7 @@ class Fitted(Struct, frozen=True, eq=False):
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
-        """Stretches without what was missed."""
+        """Stretches of the record in which impacts were missed."""
         return self.screened.gaps
 
     @property
@@ -245,6 +245,7 @@ def _settled(inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float) -> Fit
         if adjustment is not None and now.same_as(previous) and adjustment.settled:
             break
         previous = now
+        # An equation needs the flights on both sides of its impact.
         count = int(np.sum(previous.flown[:-1] & previous.flown[1:]))
         if count < len(inquiry.unknowns) + LEAST_EQUATIONS:
             return NoFit(Unfit.GAPS, 1 - count / (len(times) - 2))
@@ -371,6 +372,7 @@ def _require_information(adjustment: Adjusted, unknowns: tuple[Unknown, ...]) ->
     deviation = adjustment.timing_error_s / np.sqrt(max(float(values[0]), 1e-300))
     if values[0] > LEAST_SHARE**2 * values[-1] and deviation < WIDEST:
         return
+    # The eigenvector of the least eigenvalue is the change of unknowns that the times see least.
     worst = vectors[:, 0] / vectors[np.argmax(np.abs(vectors[:, 0])), 0]
     parts = tuple((x, 0.01 * float(v * s)) for x, v, s in zip(unknowns, worst, scales, strict=True) if abs(v) > 0.02)
     raise Unidentifiable(Open(combination=parts))

@@ -52,7 +52,7 @@ class IdentifiedInput(Struct, frozen=True):
 
     @property
     def half(self) -> float:
-        """Half of the interval."""
+        """Half the width of the 95 % interval, in the unit of the input."""
         return (self.high - self.low) / 2
 
 
@@ -62,8 +62,8 @@ class Identification(Struct, frozen=True, eq=False):
     Attributes
     ----------
     inquiry : Inquiry
-    found : Fitted or NoFit
-        The fit; its times are counted from `origin_s`.
+    fit : Fitted or NoFit
+        Its times are counted from `origin_s`.
     misfit : Misfit
     origin_s : float
         Time on the record's clock from which the force's phase is counted [s].
@@ -72,7 +72,7 @@ class Identification(Struct, frozen=True, eq=False):
     """
 
     inquiry: Inquiry
-    found: Fitted | NoFit
+    fit: Fitted | NoFit
     misfit: Misfit
     origin_s: float
     rounding: Rounding | None = None
@@ -80,11 +80,11 @@ class Identification(Struct, frozen=True, eq=False):
     @property
     def identified(self) -> tuple[IdentifiedInput, ...]:
         """The inputs that are identified; none where the model does not fit."""
-        if not self.misfit.accepted or not isinstance(self.found, Fitted):
+        if not self.misfit.accepted or not isinstance(self.fit, Fitted):
             return ()
         from scipy.special import stdtrit  # type: ignore[import-untyped]
 
-        adjusted = self.found.adjusted
+        adjusted = self.fit.adjusted
         wide = float(stdtrit(adjusted.freedom, (1 + CONFIDENCE) / 2))
         inputs = []
         for unknown in self.inquiry.unknowns:
@@ -96,10 +96,10 @@ class Identification(Struct, frozen=True, eq=False):
     @property
     def timing_error_s(self) -> float | None:
         """Timing error of each impact, without what was added to rounded times that repeat [s]; None without a fit."""
-        if not isinstance(self.found, Fitted):
+        if not isinstance(self.fit, Fitted):
             return None
         added = 1.0 if self.rounding is None else sqrt(self.rounding.repeated)
-        return self.found.adjusted.timing_error_s / added
+        return self.fit.adjusted.timing_error_s / added
 
 
 def inquiry_of(scenario: Scenario, free: Sequence[str], referenced: bool) -> Inquiry:

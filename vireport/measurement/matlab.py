@@ -87,7 +87,7 @@ def _of_older(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapping[st
     # Of cells and structures, which may be nested without end, nothing is looked at.
     numeric = [title for title in titles if kinds[title] in NUMERIC]
     arrays = loadmat(io.BytesIO(plain), variable_names=numeric) if numeric else {}
-    return {title: arrays[title] if title in numeric else _nothing() for title in titles}
+    return {title: arrays[title] if title in numeric else np.empty(0, dtype=object) for title in titles}
 
 
 def _unpacked(name: str, data: bytes, budget: int) -> bytes:
@@ -136,7 +136,10 @@ def _of_version_7_3(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapp
         # All of them are looked at before any is read.
         for title, variable in numeric.items():
             budget -= _unfolded(f"{name}: {title}", variable, data, budget)
-        return {title: np.asarray(numeric[title][()]).T if title in numeric else _nothing() for title in titles}
+        return {
+            title: np.asarray(numeric[title][()]).T if title in numeric else np.empty(0, dtype=object)
+            for title in titles
+        }
 
 
 def _is_numeric(stored: Any) -> bool:
@@ -194,8 +197,3 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
         if len(zlib.decompressobj().decompress(raw, chunk_bytes + 1)) > chunk_bytes:
             raise _too_large(name)
     return taken
-
-
-def _nothing() -> Any:
-    """An empty array, in place of a variable that holds no real numbers."""
-    return np.empty(0, dtype=object)

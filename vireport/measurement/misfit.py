@@ -124,7 +124,7 @@ class Hidden(Struct, frozen=True):
 
 
 class Misfit(Struct, frozen=True):
-    """Whether a model fits a record.
+    """The verdict on whether a model fits a record, and what the record cannot tell.
 
     Attributes
     ----------
@@ -206,6 +206,7 @@ def tested(fitted: Fitted, fitted_unknowns: set[Unknown]) -> tuple[Misfit, tuple
     unseen = _hides_distortion(fitted)
     if not tests:
         return Misfit(None, None, True, untested=untested, distortion_untested=unseen), ()
+    # The smallest probability counts as often as there are tests (Bonferroni), so that the level holds for all.
     tests = sorted(tests, key=lambda test: test[0])
     p, statistic, alternative = tests[0]
     p = min(1.0, p * len(tests))
@@ -218,7 +219,7 @@ def tested(fitted: Fitted, fitted_unknowns: set[Unknown]) -> tuple[Misfit, tuple
 def _tests(
     fitted: Fitted, fitted_unknowns: set[Unknown]
 ) -> tuple[list[tuple[float, float, Unknown | None]], tuple[Unknown, ...], tuple[Hidden, ...]]:
-    """All tests of a fit.
+    """Test a fit against all alternatives that were not fitted themselves.
 
     Each tests that one further unknown changes nothing (an F test of a regression with one column more, which is
     orthogonal to what was fitted); the last one that errors of neighbouring impacts are not correlated (Ljung and Box).
@@ -247,6 +248,7 @@ def _tests(
     untested = tuple(x for x, tells in zip(possible, distinguishable, strict=True) if not tells)
     if adjustment.timing_error_s < exact_below(model):
         return [], untested, ()
+    # What an alternative takes from the sum of squares is the squared projection on its column beyond what was fitted.
     square = adjustment.cost
     tests: list[tuple[float, float, Unknown | None]] = []
     hidden: list[Hidden] = []
@@ -378,6 +380,7 @@ def _explaining(
 
 def _best(fits: Iterable[tuple[BetterFit, Fitted]]) -> BetterFit | None:
     """Of some fits that which leaves out the fewest flights with the least error, with what would fit as well."""
+    # Flights left out weigh more than the error: whoever leaves out what does not fit has a small error.
     candidates = list(fits)
     if not candidates:
         return None

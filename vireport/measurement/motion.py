@@ -277,6 +277,7 @@ def _repeating(fitted: Fitted) -> _Repeating | None:
         first = np.flatnonzero(lost[count:] == lost[:-count])
         if len(first) < LEAST_REPEATS * count:
             continue
+        # Whether impacts repeat after so many shows in the time they take: a whole number of forcing periods.
         off = times[first + count] - times[first]
         periods = round(float(np.median(off[-LEAST_REPEATS * count :])) * frequency)
         differs = (np.abs(off - periods / frequency) > np.maximum(same[first], same[first + count])) | (
@@ -333,6 +334,7 @@ def _steady(fitted: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repea
     canonical = letters.canonical()
     turned = letters.firsts(canonical)[0]
     begun = times[whole : whole + count]
+    # Cut off a quarter at a time until both halves have the same means: a transient shows as their difference.
     while True:
         rows = np.arange(start, len(times))
         apart = (times[rows, None] - begun + period / 2) % period - period / 2
@@ -403,6 +405,7 @@ def _covariance(adjustment: Adjusted, of_times: Array, of_unknowns: Array) -> Ar
     moved = np.zeros((of_times.shape[1], gain.shape[0]))
     around = adjustment.equations.impacts[:, None] + np.arange(-1, 2)
     np.add.at(moved, around, -adjustment.equations.by_error[:, :, None] * on_equations[:, None, :])
+    # A time moves a quantity by itself, and through all that is fitted to it.
     whole = of_times + of_unknowns @ moved.T
     priors = of_unknowns @ gain[:, m:]
     return np.asarray(square * (whole @ whole.T + priors @ priors.T))

@@ -151,7 +151,7 @@ class Heard(Struct, frozen=True, eq=False):
 
 
 class Picked(Struct, frozen=True, eq=False):
-    """The impacts of a recording.
+    """The impacts that were picked from all channels of a recording.
 
     Attributes
     ----------
@@ -369,6 +369,7 @@ def _onset(
     loud = early + int(np.argmax(np.abs(part[early:]) >= max(SEEN * noise, FIRST_SWING * highest)))
     wave = whole = part if part[loud] > 0 else -part
     top = np.maximum.accumulate(wave[loud:])
+    # The first peak ends where the signal falls back clearly: noise makes many smaller ones on the way up.
     fell = wave[loud:] < top - np.maximum(5 * noise, TURNED * top)
     end = int(np.argmax(fell)) if fell.any() else len(top)
     peak = loud + int(np.argmax(wave[loud : loud + end]))
@@ -396,6 +397,7 @@ def _onset(
     if slope <= 0:
         return None
     begun = middle - float(y.mean()) / slope
+    # Averaged and resampled samples are not independent: so many of them count as one.
     variance = min(over * fine, count) / slope**2 * (1 / count + (begun - middle) ** 2 / spread)
     if fine > 1:
         begun, variance, wave = first + begun / fine, variance / fine**2, whole
@@ -464,6 +466,7 @@ def _merged(heard: list[Heard], apart_s: float) -> tuple[Array, Array, Array, in
     )
     walls = np.concatenate([_walls(beginnings) for beginnings in heard])
     # A membrane also hears impacts on the other one through the device, weaker and at the same time.
+    # Stable, so that equal times keep the order of the channels and records give equal results.
     order = np.argsort(times, kind="stable")
     times, walls, errors, strength = times[order], walls[order], errors[order], strength[order]
     if len(heard) == 1:
@@ -502,7 +505,7 @@ def _walls(beginnings: Heard) -> Array:
 
 
 def _findings(beginnings: Heard) -> list[RecordFinding]:
-    """Faults of one channel."""
+    """Possible faults of a channel, by the impacts that were picked from it."""
     name = beginnings.channel.name
     findings = []
     if beginnings.clipped:

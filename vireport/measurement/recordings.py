@@ -86,7 +86,7 @@ EXAMPLE = "time_s,bottom_voltage_v,top_voltage_v,acceleration_m_s2"
 
 
 class HeardPlace(Enum):
-    """What a channel hears."""
+    """The place that a channel records: a membrane, either of them, or the capsule's acceleration."""
 
     BOTTOM = "bottom"
     TOP = "top"
@@ -94,8 +94,28 @@ class HeardPlace(Enum):
     CAPSULE = "capsule"
 
 
+def _names() -> Iterator[tuple[str, tuple[HeardPlace | None, float]]]:
+    """Every name that a channel can have, with what it hears, None of times, and its unit in SI units."""
+    of_quantity: dict[str, dict[str, HeardPlace | None]] = {
+        "acceleration": {"": HeardPlace.CAPSULE},
+        "time": {"": None},
+    }
+    of_membranes: dict[str, HeardPlace | None] = {
+        "bottom_": HeardPlace.BOTTOM,
+        "top_": HeardPlace.TOP,
+        "": HeardPlace.EITHER,
+    }
+    for quantity, units in UNITS.items():
+        for head, place in of_quantity.get(quantity, of_membranes).items():
+            yield from ((f"{head}{quantity}_{unit}", (place, size)) for unit, size in units.items())
+
+
+NAMES: Mapping[str, tuple[HeardPlace | None, float]] = dict(_names())
+"""The names of channels, see `_names`."""
+
+
 class Channel(Struct, frozen=True, eq=False):
-    """A signal.
+    """A signal of a recording, by what it hears.
 
     Attributes
     ----------
@@ -122,7 +142,7 @@ class Unbroken(Struct, frozen=True):
 
 
 class Recording(Struct, frozen=True, eq=False):
-    """Signals on one clock.
+    """The signals of one recording, sampled on one clock.
 
     Attributes
     ----------
@@ -147,7 +167,7 @@ class Recording(Struct, frozen=True, eq=False):
 
     @property
     def samples(self) -> int:
-        """Of each channel."""
+        """Number of samples of each channel."""
         return len(self.channels[0].values)
 
     @property
@@ -162,7 +182,7 @@ class Recording(Struct, frozen=True, eq=False):
         return last.start_s + (last.last - last.first - 1) * self.step_s
 
     def of(self, *places: HeardPlace) -> tuple[Channel, ...]:
-        """The channels that hear some places."""
+        """The channels that record at any of some places."""
         return tuple(channel for channel in self.channels if channel.place in places)
 
 
@@ -201,30 +221,6 @@ def _refused(name: str, path: str, message: str, line: int = 1) -> VireportError
     return ScenarioError(name, [Mistake(line, path, message)])
 
 
-def _kind_of(title: str) -> tuple[HeardPlace | None, float] | None:
-    """Place that a channel hears and its unit in SI units, by the channel's name: place None of times.
-
-    None where the name is not that of a channel.
-    """
-    for place in (*HeardPlace, None):
-        quantities = {HeardPlace.CAPSULE: ("acceleration",), None: ("time",)}.get(place, ("voltage", "sound"))
-        for quantity in quantities:
-            head = f"{place.value}_{quantity}" if place in (HeardPlace.BOTTOM, HeardPlace.TOP) else quantity
-            for unit, size in UNITS[quantity].items():
-                if title == f"{head}_{unit}":
-                    return place, size
-    return None
-
-
-def _allowed() -> tuple[str, ...]:
-    """Every name that a channel can have."""
-    names = []
-    for quantity, units in UNITS.items():
-        heads = ("bottom_", "top_", "") if quantity in ("voltage", "sound") else ("",)
-        names += [f"{head}{quantity}_{unit}" for head in heads for unit in units]
-    return tuple(names)
-
-
 def _require_names(name: str, titles: list[str], timed: bool) -> None:
     """Refuse names that are not those of channels, or channels that do not tell impacts on both membranes.
 
@@ -245,7 +241,7 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
     mistakes, hinted = Mistakes(), set[str]()
     taken = [title for title in titles if not title.startswith(UNUSED)]
     # What has no names at all, of which nothing is shown: it may be a file that was not meant to be read.
-    if timed and taken and not any(_kind_of(title) or _meant(title, CLOSE) for title in taken[:LIKELY]):
+    if timed and taken and not any(title in NAMES or _meant(title, CLOSE) for title in taken[:LIKELY]):
         count = max(len(titles), 2)
         line = ",".join((*SIGNALS, *(f"{UNUSED}_{k}" for k in range(1, LIKELY)))[:count])
         raise _refused(
@@ -255,14 +251,14 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
             f"from the second line on; write what its columns are, such as {line})",
         )
     for column, title in enumerate(titles, 1):
-        if title in taken and _kind_of(title) is None:
+        if title in taken and title not in NAMES:
             mistakes.add(1, visible(title[:LONGEST_TITLE]), partial(_unknown, title, column, hinted))
     for title, count in Counter(taken).items():
         if count > 1:
             mistakes.add(1, visible(title[:LONGEST_TITLE]), "stands twice (each once)")
     if mistakes:
-        raise ScenarioError(name, mistakes.told, mistakes.more)
-    places = [title_name[0] for title in taken if (title_name := _kind_of(title))]
+        raise ScenarioError(name, mistakes.reported, mistakes.more)
+    places = [NAMES[title][0] for title in taken]
     if timed and places.count(None) != 1:
         raise _refused(
             name, "", f"one column of times is needed (allowed: time_s, time_ms or time_us, as in {EXAMPLE})"
@@ -284,11 +280,15 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
         )
 
 
+def _lacking_unit(title: str) -> str:
+    """A channel's name that a title is without its unit, or with a part of it; "" where there is none."""
+    return next((name for name in NAMES if title in (name.rpartition("_")[0], name[:-5])), "")
+
+
 def _meant(title: str, alike: float = ALIKE) -> str:
     """The channel's name that a misspelt one, or one without its unit, most likely stands for; "" without one."""
     short = title[:LONGEST_TITLE]
-    lacking = next((allowed for allowed in _allowed() if short in (allowed.rpartition("_")[0], allowed[:-5])), "")
-    return next(iter(get_close_matches(short, _allowed(), 1, alike)), lacking)
+    return next(iter(get_close_matches(short, NAMES, 1, alike)), _lacking_unit(short))
 
 
 def _unknown(title: str, column: int, hinted: set[str]) -> str:
@@ -296,11 +296,10 @@ def _unknown(title: str, column: int, hinted: set[str]) -> str:
     allowed = f"(allowed: names such as {EXAMPLE}, or {UNUSED}_...)"
     if not title:
         return f"column {column} has no name {allowed}"
-    lacks = any(title in (accepted.rpartition("_")[0], accepted[:-5]) for accepted in _allowed())
     meant = _meant(title)
     hint = f"; did you mean '{meant}'?" if meant and meant not in hinted else ""
     hinted.add(meant)
-    return f"the name {'has no unit' if lacks else 'is no signal with a unit'}{hint} {allowed}"
+    return f"the name {'has no unit' if _lacking_unit(title) else 'is no signal with a unit'}{hint} {allowed}"
 
 
 Located = Callable[[int], tuple[int, Callable[[str], str]]]
@@ -345,30 +344,42 @@ def _recorded(
     """
     name, channels = source.name, []
     for title, column in zip(titles, columns, strict=True):
-        signal = None if title.startswith(UNUSED) else _kind_of(title)
-        if signal is None:
+        if title not in NAMES:
             continue
+        place, size = NAMES[title]
         with np.errstate(over="ignore"):
-            values = column if signal[1] == 1.0 else column * signal[1]
+            values = column if size == 1.0 else column * size
         largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
         if not isfinite(largest):
             row = int(np.flatnonzero(~np.isfinite(values))[0])
             raise source.refused(title, row, float(column[row]), "is not a finite number (allowed: finite ones)")
-        if signal[0] is None:
+        if place is None:
             continue
         if largest > LARGEST_VALUE:
             row, allowed = int(np.abs(values).argmax()), f"(allowed: at most {LARGEST_VALUE:g} in SI units)"
             raise source.refused(title, row, float(column[row]), f"is no measured value {allowed}")
-        channels.append(Channel(title, signal[0], values))
+        channels.append(Channel(title, place, values))
     count = len(channels[0].values)
     if count < FEWEST_SAMPLES:
         raise _refused(name, "", f"{count} samples (at least {FEWEST_SAMPLES} are needed, and seconds of them for use)")
     if times is None:
         _require_clock(name, 1 / rate_hz)
         return Recording(name, 1 / rate_hz, (Unbroken(0, count, 0.0),), tuple(channels))
-    title = next(title for title in titles if (signal := _kind_of(title)) and signal[0] is None)
+    title = next(title for title in titles if _is_of_times(title))
     step, stretches, uneven = _clock(source, title, times)
     return Recording(name, step, stretches, tuple(channels), uneven)
+
+
+def _is_of_times(title: str) -> bool:
+    """Whether a column of some name has times."""
+    return title in NAMES and NAMES[title][0] is None
+
+
+def _times(titles: list[str], columns: list[Array]) -> Array:
+    """The times [s] among the columns of a file, of which one has times."""
+    title, column = next(pair for pair in zip(titles, columns, strict=True) if _is_of_times(pair[0]))
+    with np.errstate(over="ignore"):
+        return column * NAMES[title][1]
 
 
 def _require_clock(name: str, step: float) -> None:
@@ -448,11 +459,7 @@ def _of_csv(name: str, data: bytes) -> Recording:
     columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
     del rows
     names = [titles[k] for k in used]
-    (k, size), *_ = (
-        (k, column[1]) for k, title in enumerate(names) if (column := _kind_of(title)) and column[0] is None
-    )
-    with np.errstate(over="ignore"):
-        times = columns[k] * size
+    times = _times(names, columns)
     return _recorded(_Source(name, partial(_cell_of, data, titles)), names, columns, times, 0.0)
 
 
@@ -583,7 +590,7 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
     titles = list(channels)
     _require_names(file_name, titles, timed=False)
     line = document.line_of("channels")
-    if any(title.startswith("time") for title in titles):
+    if any(map(_is_of_times, titles)):
         raise _refused(file_name, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
     for title, full in channels.items():
         if isinstance(full, bool) or not isinstance(full, int | float) or not 0 < abs(full) <= LARGEST_VALUE:
@@ -615,14 +622,11 @@ def _of_mat(name: str, data: bytes) -> Recording:
         columns.append(np.asarray(values, dtype=float).ravel())
     if len(lengths := {len(column) for column in columns}) > 1:
         raise _refused(name, "", f"vectors of {min(lengths)} to {max(lengths)} samples (allowed: all of one length)")
-    timed = [k for k, title in enumerate(used) if title.startswith("time")]
-    if len(timed) + (RATE in vectors_of_file) != 1:
+    timed = sum(map(_is_of_times, used))
+    if timed + (RATE in vectors_of_file) != 1:
         raise _refused(name, "", f"either the vector time_s or the number {RATE} is needed (allowed: one of them)")
     if timed:
-        size = UNITS["time"][used[timed[0]].removeprefix("time_")]
-        with np.errstate(over="ignore"):
-            times = columns[timed[0]] * size
-        return _recorded(_Source(name), used, columns, times, 0.0)
+        return _recorded(_Source(name), used, columns, _times(used, columns), 0.0)
     rate = vectors_of_file[RATE]
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not isfinite(hertz := float(rate.ravel()[0])) or hertz <= 0:
         raise _refused(name, RATE, "is no positive number (allowed: samples in a second)")

@@ -198,7 +198,7 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
     if not mistakes:
         _require_order(times, lines, mistakes)
     if mistakes:
-        raise ScenarioError(name, mistakes.told, mistakes.more)
+        raise ScenarioError(name, mistakes.reported, mistakes.more)
     if len(times) < FEWEST:
         count = f"{len(times)} impact{'s' * (len(times) != 1)}"
         raise _refused(
@@ -258,7 +258,7 @@ def _columns(rows: Iterator[tuple[int, list[str]]], name: str, swept: Sweepable 
         if title not in count:
             mistakes.add(line, title, f"the column is missing ({example})")
     if mistakes:
-        raise ScenarioError(name, mistakes.told, mistakes.more)
+        raise ScenarioError(name, mistakes.reported, mistakes.more)
     return _Layout({title: k for k, title in enumerate(titles)}, tuple(x for x in UNUSED if x in count), len(titles))
 
 

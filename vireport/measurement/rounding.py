@@ -65,6 +65,7 @@ def rounding_of(times: Array) -> Rounding | None:
     if len(times) < FEWEST:
         return None
     flights = np.diff(times)
+    # The differences of flights next to each other in size are small multiples of the step, if there is one.
     apart = np.diff(np.sort(np.concatenate([[0.0], flights])))
     resolution = 8 * float(np.spacing(np.abs(times).max()))
     apart = apart[apart > resolution]

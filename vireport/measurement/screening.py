@@ -86,6 +86,7 @@ def screened(model: ClockedDevice, impacts: MeasuredImpacts, timing_error_s: flo
     t, flown = left.times, left.flown.copy()
     system = equations(model, left)
     stretches = []
+    # A missed impact spoils the equations at both its ends: runs of two, and of more where misses are neighbours.
     for run in _runs(system.impacts[np.abs(system.value) > FAILED * timing_error_s * system.spread]):
         every = np.arange(run[0], run[-1])
         if len(run) == 1:  # at an end of the record, or next to what is hardly beyond the noise: one of its flights
@@ -167,6 +168,7 @@ def _missed(
         best, at = np.full(len(ks), FAILED), np.full(len(ks), np.nan)
         for wall in (1.0, -1.0):
             a, b = times[ks], times[ks + 1]
+            # Each round looks between the neighbours of the best time: four leave 1e-7 of the flight.
             for _ in range(4):
                 tried = a[:, None] + (b - a)[:, None] * np.linspace(0, 1, PLACES + 2)[1:-1]
                 worst = _misfit(model, impacts, around, (before + 1, wall), tried) / timing_error_s

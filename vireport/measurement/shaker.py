@@ -176,7 +176,7 @@ class ShakerMotion(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     def at(self, times: Array) -> Array:
-        """What is fitted, at some times [m/s^2]."""
+        """The fitted acceleration of the capsule at some times [m/s^2]."""
         x = 2 * pi * self.frequency_hz * (times - self.maximum_s)
         more = (
             harmonic.percent / 100 * np.cos(harmonic.order * x + np.radians(harmonic.phase_deg))
@@ -212,6 +212,7 @@ def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -
             f"{name}: {1 / (frequency_hz * recording.step_s):.3g} samples in a period of the force (allowed: "
             f"{FEWEST_PARTS} and more for harmonics up to order {ORDERS})"
         )
+    # Means of neighbours have less noise, and the harmonics lose only what `_design` takes into account.
     together = max(1, int(1 / (frequency_hz * recording.step_s * PARTS)))
     times, values = _means(recording, channel, together)
     span = float(times[-1] - times[0]) if len(times) else 0.0
@@ -237,6 +238,7 @@ def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -
         same = bool(np.mean(now != used) < FEW_CHANGE)
         used = now
         if slope.any():
+            # Not more than a part of the width of a line of the spectrum, beyond which another maximum may be nearer.
             omega += float(np.clip(move, -1 / span, 1 / span))
         if same and slope.any() and abs(move) * span < SETTLED:
             break
@@ -246,6 +248,7 @@ def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -
     left = np.where(used, values - every @ solved, 0.0)
     inverse: Array = np.asarray(np.linalg.inv(every[used].T @ every[used]), dtype=np.float64)
     noise = _noise(means, left, omega, int(used.sum()))
+    # Coefficients have the noise at their own frequency: that of a machine is not white.
     spread = np.repeat(np.sqrt(noise), 2)
     deviations = np.concatenate([[spread[0]], spread, [spread[0]]])
     covariance = inverse * np.outer(deviations, deviations)

@@ -121,6 +121,7 @@ def _best_around(inquiry: Inquiry, part: MeasuredImpacts) -> list[ClockedDevice]
             top = middle if x != Unknown.RESTITUTION_BOTTOM else top
         return np.where(sides > 0, bottom[:, None], top[:, None])
 
+    # A phase fits where the restitutions of single impacts agree: no fit is needed to compare hundreds.
     off = around_phases(model, part, phases, profile)
     if not off.shape[1]:
         return []

@@ -35,7 +35,7 @@ def optimise(
     """
     refuse_files_beside_json(context, "result")
     loaded, _ = read_scenario(scenario, set_)
-    from vireport.cli.outputs import file_names, run_files
+    from vireport.cli.outputs import BeyondStudy, RunPages, file_names, run_files
     from vireport.optimise import outputs
     from vireport.optimise.problem import problem_of
     from vireport.optimise.search import optimise as search
@@ -56,7 +56,8 @@ def optimise(
         files = {} if json else outputs.files(result, study, provenance, formats, width_mm, templates)
         if study is not None and pages:
             opens, section = outputs.opening(result, study), outputs.section(result, templates)
-            files |= run_files(study, command, templates, say, None, paper, *section, opens=opens)
+            beyond = BeyondStudy(None, *section, opens)
+            files |= run_files(study, command, RunPages(pages, templates, paper), say, beyond)
     failure = outputs.shortcoming(result, templates)
     other_files = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
     outcome = CommandOutcome(

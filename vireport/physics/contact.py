@@ -132,6 +132,7 @@ def law_of(exponent: float, restitution: float) -> Law:
     nodes, weights = _rule(h)
     # The integrand is singular at touch and departure, where g vanishes. It is integrated from both towards the deepest
     # point, over the distance y from the end in s/D: so g keeps its digits, and the double-exponential rule converges.
+    # Time is an integral of 1/delta^h, and delta^h is g^(h/(h+1)) but for constants, see the head of the module.
     fall = -h / (h + 1)
     approach = weights * top * (top * nodes * _loading(damping, top * nodes)) ** fall
     retreat = weights * bottom * (bottom * nodes * _unloading(damping, r, w, bottom * nodes)) ** fall
@@ -162,6 +163,7 @@ def _damping(r: float) -> tuple[float, float]:
     if r == 1:
         return 0.0, 0.0
 
+    # ln((1+d)/(1-rd)) - (1+r)d in powers of d, over d^2: its first terms cancel, and leave no digits for small d.
     k = np.arange(3, TERMS + 3)
     rising = (r**k - (-1.0) ** k) / k
 
@@ -223,6 +225,7 @@ def _rule(h: float) -> tuple[Floats, Floats]:
     """Nodes in (0, 1) and weights of the double-exponential rule, for integrands like x^(-h/(h+1)) next to 0."""
     reach = asinh(min(39 * (h + 1), 690.0) / pi)
     t = np.arange(-reach, reach + STEP, STEP)
+    # Beyond 690 the exponential overflows; nodes there are 1 to the last bit.
     up = np.exp(np.minimum(pi * np.sinh(t), 690.0))
     nodes = up / (1 + up)
     return nodes, STEP * pi * np.cosh(t) * nodes / (1 + up)

@@ -105,6 +105,7 @@ def _of_one_sign(plain: Floats) -> Floats:
     for k, parts in cut.items():
         rows[beginnings[k] : beginnings[k] + counts[k]] = parts
     half = rows[:, 0] / 2
+    # The sign at the middle is that of the whole piece, as it was cut at all zeros.
     middle = rows[:, 1] + half * (rows[:, 2] + half * (rows[:, 3] / 2 + half * rows[:, 4] / 6))
     return np.column_stack([rows, np.where(middle > 0, -1.0, 1.0)])
 

@@ -172,36 +172,14 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return replace(self, restitution=restitution, **others)
 
     def of_sine(self, what: str) -> Device[Quantity]:
-        """The device itself, if its force is a sine and it has a `plain_ball`.
-
-        Parameters
-        ----------
-        what : str
-            What requires that, for the message.
-
-        Raises
-        ------
-        UsageError
-            If the force has harmonics, or as `plain_ball`.
-        """
+        """The device itself, if its force is a sine and it has a `plain_ball`, see there."""
         if self.harmonics:
             allowed = "allowed: a sine, without excitation.harmonics"
             raise UsageError(f"of a force with harmonics {what} is not known ({allowed})")
         return self.plain_ball(what)
 
     def plain_ball(self, what: str) -> Device[Quantity]:
-        """The device itself, if the ball has no friction and a constant restitution.
-
-        Parameters
-        ----------
-        what : str
-            What requires that, for the message.
-
-        Raises
-        ------
-        UsageError
-            If it has friction, or its restitution falls with speed.
-        """
+        """The device itself, if the ball has no friction and a constant restitution; see `constant_restitution`."""
         if self.friction:
             raise UsageError(f"of a ball with friction {what} is not known (allowed: none, without device.friction)")
         return self.constant_restitution(what)
@@ -228,7 +206,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     @property
     def rubs(self) -> bool:
-        """Whether friction acts on the ball."""
+        """Whether dry friction acts on the ball: not in an upright capsule, on whose wall it does not press."""
         # Upright, nothing presses the ball on the wall of the capsule, whatever the coefficient.
         return bool(self.friction) and not np.all(self.inclination_deg == 90)
 
@@ -254,7 +232,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     @property
     def weighed(self) -> str:
-        """Symbols of `supported_kg`."""
+        """The symbols of the mass whose weight is in gbar, as messages print it."""
         return "(M + m)" if self.recoils else "M"
 
     @property
@@ -291,6 +269,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
         Source: Eqs. (2.5), (2.6).
         """
+        # In the kind of number from the first product on: a rounding before it would be no part of the error bound.
         x = {name: ops.exact(number) for name, number in self.at(parameter, value).items()}
         mass, force = ops.exact(self.capsule_mass_kg), x[Parameter.AMPLITUDE]
         d = 4 * mass * x[Parameter.LENGTH] * x[Parameter.FREQUENCY] ** 2 / force
@@ -332,7 +311,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
 
     def _supported(self, ops: Any) -> Any:
-        """`supported_kg` in a kind of number."""
+        """The mass whose weight along the capsule is in gbar, `supported_kg`, in a kind of number."""
         # Not from the sum of doubles: in decimals M + m must be exact.
         mass = ops.exact(self.capsule_mass_kg)
         return mass + ops.exact(self.ball_mass_kg) if self.recoils else mass
@@ -382,6 +361,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             case DesignInput.AMPLITUDE:
                 return -d / value, -gbar / value, 0.0, 0.0
             case DesignInput.CAPSULE_MASS:
+                # gbar has M + m for a free capsule, so that dgbar/dM is over that sum.
                 return d / value, gbar / float(self.supported_kg), 0.0, 0.0
             case DesignInput.FREQUENCY:
                 return 2 * d / value, 0.0, 0.0, 0.0
@@ -511,6 +491,7 @@ def moved(restitution: Any, varied: ScalarInput, value: Any) -> Any:
         return _restitution(bottom, value)
     if not isinstance(restitution, Restitutions):
         return value
+    # Decimals and doubles do not mix: what the scenario states is exact in both.
     if isinstance(value, Decimal):
         bottom, top = Decimal(bottom), Decimal(top)
     half = (bottom - top) / 2

@@ -264,6 +264,7 @@ def voltages(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> Vol
     """
     bottom = generated_voltage(speed_bottom, membrane)
     top = generated_voltage(speed_top, membrane)
+    # (5.5) grows with the speed: the deeper deflection is that of the faster impact.
     faster = np.maximum(magnitude(speed_bottom), magnitude(speed_top))
     return Voltages(bottom, top, (bottom + top) / 2, deflection(faster, membrane))
 
@@ -396,6 +397,7 @@ def conversion(
     bottom, top = (energy_gained(gain, membrane, dielectric) for gain in gains)
     squares = [speed * speed for speed in speeds]
     if isinstance(restitution, Restitutions):
+        # As a product 1 - r^2 keeps its digits next to r = 1.
         shares = [(1 - r) * (1 + r) for r in by_wall(restitution)]
         spent = membrane.reduced_mass_kg / 2 * (shares[0] * squares[0] + shares[1] * squares[1])
     else:

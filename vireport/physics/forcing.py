@@ -48,6 +48,7 @@ class Harmonic(Struct, frozen=True):
         """The harmonic percent/100 cos(order x + phase), in doubles; a phase of quarter turns is exact."""
         share, quarters = percent / 100, round(phase_deg / 90)
         rest = (phase_deg - 90 * quarters) * pi / 180
+        # By quarter turns apart: pi/2 is no double, and cos(90 deg) would be 6e-17.
         c, s = ((cos(rest), sin(rest)), (-sin(rest), cos(rest)), (-cos(rest), -sin(rest)), (sin(rest), -cos(rest)))[
             quarters % 4
         ]
@@ -180,6 +181,7 @@ def _cancelled(constant: NDArray[np.float64], parts: Sequence[Harmonic]) -> NDAr
     companion = np.zeros((len(constant), 2 * highest, 2 * highest), dtype=complex)
     companion[:] = np.eye(2 * highest, k=-1)
     companion[:, :1] = -polynomial[:, None, 1:] / polynomial[:, None, :1]
+    # Roots on the unit circle are phases, the others come in pairs 1/conj(z) that are none.
     roots = np.linalg.eigvals(companion)
     phases = np.arctan2(roots.imag, roots.real) % (2 * pi)
     return np.sort(np.where(np.abs(np.abs(roots) - 1) < NEAR_CIRCLE, phases, np.nan), axis=1)

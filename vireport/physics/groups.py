@@ -158,6 +158,7 @@ class Groups(NamedTuple, Generic[Number]):
         """The groups with other `numbers` and harmonics of the same orders; the restitutions are `Restitutions`."""
         d, gbar, bottom, top, *parts = numbers
         friction = None if self.friction is None else parts.pop()
+        # In the order of `numbers`, from the end: how many harmonics there are is known only then.
         if self.law is not None:
             *parts, exponent, speed = parts
         pairs = zip(self.harmonics, parts[::2], parts[1::2], strict=True)

@@ -75,7 +75,7 @@ class Motion(Struct, frozen=True, eq=False):
 
     @property
     def rests(self) -> tuple[int, ...]:
-        """The impacts that have no velocity."""
+        """Numbers of the impacts without velocity, at which the ball only touches a membrane."""
         return tuple(np.flatnonzero(np.abs(self.velocity) < AT_ZERO).tolist())
 
     def rotated(self, first: int) -> Motion:

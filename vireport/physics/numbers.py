@@ -182,6 +182,7 @@ def _sine(x: Decimal, digits: int) -> Decimal:
 def _sine_coefficients(digits: int) -> tuple[Decimal, ...]:
     """Taylor coefficients of sin(x)/x in powers of x^2, the highest first."""
     coefficients = [Decimal(1)]
+    # Until a term is below the last digit; the argument is at most pi/4, so that the series is as short as possible.
     while coefficients[-1].adjusted() > -digits - 1:
         k = 2 * len(coefficients)
         coefficients.append(-coefficients[-1] / (k * (k + 1)))

@@ -50,10 +50,12 @@ def _impact_bounds(speed: Rounded, membrane: Membrane) -> tuple[Floats, Floats]:
     base = abs(np.log(power * membrane.reduced_mass_kg / (2 * membrane.stiffness)))
     relative = 2 / power * (share + 4 * UNIT + 2 * UNIT * np.abs(np.log(np.where(value > 0, value, 1.0))))
     relative = relative + (base + 4) * UNIT / power + 6 * UNIT
+    # Per cent of voltage for a per cent of deflection, by a difference of speeds.
     elasticity = np.abs(generated_voltage(value * (1 + GENTLE), membrane) / volts - 1) / GENTLE * power / 2
     ball, active = membrane.ball_radius_m, membrane.active_radius_m
     depth = np.maximum(delta - ball, 0.0)
     reach = np.sqrt((active - ball) * (active + ball) + depth * depth)
+    # Above the ball's radius the two terms of the cosine have opposite signs, which magnifies their rounding.
     cancelled = np.where(depth > 0, (active * reach + ball * depth) / (active * reach - ball * depth), 1.0)
     stretched = 1 - (ball / active) ** 2 * contact_cosine(delta, membrane)[1]
     geometry = (30 + 20 * cancelled + 10 / stretched) * UNIT

@@ -61,7 +61,7 @@ FileModel = TypeVar("FileModel", bound=Scenario)
 
 
 class Loaded(Struct, frozen=True):
-    """A scenario with where it came from.
+    """A validated scenario, with the file and the overrides that it came from.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Loaded(Struct, frozen=True):
 
 
 class LoadedMap(Struct, frozen=True):
-    """A map file as understood.
+    """A validated map file: what is held, and what varies.
 
     Attributes
     ----------
@@ -127,12 +127,12 @@ class LoadedMap(Struct, frozen=True):
 
     @property
     def text(self) -> str:
-        """The file that gives the map."""
+        """The text of the file that gives the map."""
         return self.document.text
 
     @property
     def name(self) -> str:
-        """Of the file."""
+        """Name of the file that gives the map."""
         return self.document.name
 
     @property
@@ -151,7 +151,7 @@ class LoadedMap(Struct, frozen=True):
         """
         keys: Any = self.document.data
         held = {key: value for key, value in keys.items() if key != "map"}
-        stated = frozenset(_given(held))
+        stated = frozenset(_stated_paths(held))
         if any(axis.path.value not in stated for axis in self.block.axes):
             return None
         scenario = _validated(replace(self.document, data=held), Scenario, {})
@@ -198,7 +198,11 @@ def loads(
     effective = apply(document, texts) if texts else document
     scenario = _validated(effective, Scenario, {})
     return Loaded(
-        scenario, document, frozenset(_given(effective.data)), texts, place or ReadingPlace(str(Path(name).parent))
+        scenario,
+        document,
+        frozenset(_stated_paths(effective.data)),
+        texts,
+        place or ReadingPlace(str(Path(name).parent)),
     )
 
 
@@ -360,7 +364,7 @@ def _value_on(axis: dict[str, Any], path: AxisPath) -> float:
     return max(values) if path is AxisPath.BALL_MASS else values[0]
 
 
-def _given(block: Any, path: str = "") -> list[str]:
+def _stated_paths(block: Any, path: str = "") -> list[str]:
     """Paths of all keys that have a value."""
     paths = []
     for key, value in block.items():
@@ -368,7 +372,7 @@ def _given(block: Any, path: str = "") -> list[str]:
         if value is not None:
             paths.append(key_path)
         if isinstance(value, dict):
-            paths += _given(value, key_path)
+            paths += _stated_paths(value, key_path)
     return paths
 
 

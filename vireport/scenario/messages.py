@@ -81,7 +81,7 @@ class _Wording:
         if value is None:
             return f"is empty ({limits})"
         written = self.document.written.get(path)
-        return f"got {_shown(value, written)}{_wrong(path, value, written or '', ruling)} ({limits})"
+        return f"got {_as_written(value, written)}{_wrong(path, value, written or '', ruling)} ({limits})"
 
     def unknown(self, path: str, value: object) -> str:
         block, key = self.place(path)
@@ -248,7 +248,7 @@ def _short(number: float) -> str:
     return str(number) if isinstance(number, int) else f"{number:g}".replace("e+", "e")
 
 
-def _shown(value: object, written: str | None) -> str:
+def _as_written(value: object, written: str | None) -> str:
     """Render a value as it was written, on one line and not too long."""
     if isinstance(value, dict):
         return "a block of keys"

@@ -35,6 +35,12 @@ from vireport.scenario.demands import LimitKind, Need
 from vireport.scenario.document import Document, is_within_any
 from vireport.scenario.parameters import DRIVING, LARGEST_RESTITUTION, DesignInput, Parameter
 
+ADDED_EFFECTS = {
+    LeftOut.SECOND_HARMONIC: "a harmonic at its worst phase",
+    LeftOut.FRICTION: "friction that is added",
+}
+"""Effects whose size is above 0, and what they are."""
+
 NARROWEST_SWEEP = 1e-9
 """Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
 
@@ -84,12 +90,12 @@ class Special(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The key in its block, `device`."""
+        """Name of the key within its block, `device`."""
         return self.key.rpartition(".")[2]
 
     @property
     def alone(self) -> str:
-        """Why what does not know it is refused."""
+        """Message where the key stands beside a block that does not know it."""
         return f"it knows {self.plain}, and {self.key} is given (leave one of them out)"
 
 
@@ -179,7 +185,7 @@ class Kind(Enum):
 
 
 class Finding(NamedTuple):
-    """Something wrong at a path."""
+    """A mistake at the path of a key: its kind, and the value or, of a rule, the message."""
 
     path: str
     kind: Kind
@@ -187,7 +193,7 @@ class Finding(NamedTuple):
 
 
 def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Scenario]) -> list[Finding]:
-    """Find what does not fit together.
+    """Find keys of a scenario or a map file that do not fit together.
 
     Parameters
     ----------
@@ -287,17 +293,17 @@ def _required(tree: _Tree) -> Iterator[Finding]:
     if tree.at("map") is not None:
         return  # a file with a map has them among its axes; that it is one is said
     if tree.swept is not None:  # else it is not known which one is swept, so neither is which ones are required
-        yield from _not_given(tree, {tree.swept.path} if tree.at("sweep") is not None else set())
+        yield from _missing(tree, {tree.swept.path} if tree.at("sweep") is not None else set())
 
 
 def _required_in_map(tree: _Tree) -> Iterator[Finding]:
     varied = [path_of(axis, AxisPath) for axis in rows_of(tree.data, *AXES)]
     slips = None in varied or len(set(varied)) < len(varied) or not tree.wrong.isdisjoint(("map", "map.axes"))
     if varied and not slips:  # else it is not known what varies, so neither is what is required
-        yield from _not_given(tree, set(varied))
+        yield from _missing(tree, set(varied))
 
 
-def _not_given(tree: _Tree, varied: Collection[str | None]) -> Iterator[Finding]:
+def _missing(tree: _Tree, varied: Collection[str | None]) -> Iterator[Finding]:
     for path in [parameter.path for parameter in DRIVING if parameter.path not in varied]:
         block = path.rpartition(".")[0]
         if tree.at(path) is None and (not block or isinstance(tree.at(block), dict)):
@@ -521,16 +527,13 @@ def _starts(tree: _Tree) -> Iterator[Finding]:
     rows = tree.at("motions.starts")
     usual = MotionsBlock()
     impacts, periods = tree.number("motions.impacts") or usual.impacts, tree.number("motions.periods") or usual.periods
-    ends = sorted(end for key in ("from", "to") if (end := tree.number(f"sweep.{key}")) is not None)
     for k, row in enumerate(rows if isinstance(rows, list) else []):
         path = f"motions.starts.{k}"
         if not isinstance(row, dict):
             continue
         if tree.absent("sweep"):
             yield _rule(path, "there is no sweep that a family could be followed along (add one, or leave this out)")
-        valid: dict[str, Any] = {
-            key: periods_of_start for key, periods_of_start in row.items() if f"{path}.{key}" not in tree.wrong
-        }
+        valid: dict[str, Any] = {key: value for key, value in row.items() if f"{path}.{key}" not in tree.wrong}
         word, periods_of_start, value = (valid.get(key) for key in ("word", "periods", "value"))
         if isinstance(word, str) and len(word) > impacts:
             more = f"has {len(word)} impacts, and motions.impacts is {impacts:g}"
@@ -539,15 +542,19 @@ def _starts(tree: _Tree) -> Iterator[Finding]:
             yield _rule(
                 f"{path}.periods", f"got {periods_of_start}, and motions.periods is {periods:g} (at most so many)"
             )
-        if value is not None and is_number(value) and len(ends) == 2 and not ends[0] <= value <= ends[1]:
-            yield _rule(f"{path}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
+        yield from _off_the_sweep(tree, f"{path}.value", value)
+
+
+def _off_the_sweep(tree: _Tree, path: str, value: Any) -> Iterator[Finding]:
+    """A value of the swept parameter, as it was read, that is outside the sweep."""
+    ends = sorted(end for key in ("from", "to") if (end := tree.number(f"sweep.{key}")) is not None)
+    if is_number(value) and len(ends) == 2 and not ends[0] <= value <= ends[1]:
+        yield _rule(path, f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
 
 
 def _measured(tree: _Tree) -> Iterator[Finding]:
     """A record is of a value within the sweep, if there is one; and what is not known has no error."""
     rows = tree.at("measured")
-    limits = tree.number("sweep.from"), tree.number("sweep.to")
-    ends = sorted(end for end in limits if end is not None)
     for k, row in enumerate(rows if isinstance(rows, list) else []):
         path = f"measured.{k}"
         if not isinstance(row, dict):
@@ -556,8 +563,7 @@ def _measured(tree: _Tree) -> Iterator[Finding]:
             if row.get(key) not in (None, Approach.NONE) and tree.absent("sweep"):
                 yield _rule(f"{path}.{key}", "there is no sweep that it is of (add one, or leave this out)")
         value = row.get("value") if f"{path}.value" not in tree.wrong else None
-        if value is not None and is_number(value) and len(ends) == 2 and not ends[0] <= value <= ends[1]:
-            yield _rule(f"{path}.value", f"got {value:.12g}, outside the sweep (from {ends[0]:.12g} to {ends[1]:.12g})")
+        yield from _off_the_sweep(tree, f"{path}.value", value)
         if row.get("force_maximum_error_s") is not None and row.get("force_maximum_s") is None:
             yield _rule(f"{path}.force_maximum_error_s", "the time itself is not given (force_maximum_s, or no error)")
 
@@ -597,12 +603,9 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
                 )
         elif not is_number(size) or not size:
             yield _rule(f"{path}.percent" if size == 0 else path, f"{effect} needs a size (percent, and not 0)")
-        elif effect is LeftOut.SECOND_HARMONIC:
+        elif effect in ADDED_EFFECTS:
             if size < 0:
-                yield _rule(f"{path}.percent", f"got {size:g}, of a harmonic at its worst phase (above 0)")
-        elif effect is LeftOut.FRICTION:
-            if size < 0:
-                yield _rule(f"{path}.percent", f"got {size:g}, of friction that is added (above 0)")
+                yield _rule(f"{path}.percent", f"got {size:g}, of {ADDED_EFFECTS[effect]} (above 0)")
         else:
             restitution = tree.number("device.restitution")
             value = tree.number(f"device.{effect}") if restitution is None else restitution

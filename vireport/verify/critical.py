@@ -50,8 +50,8 @@ def critical_rows(harvester: Harvester) -> Iterator[Case]:
         where = flat if kind is Event.PITCHFORK else slight
         yield Case(group, name, partial(_standing, where, kind))
     for inside in (1e-3, 1e-4, 1e-6, 1e-9):
-        yield Case(group, f"{inside:g} inside a fold", partial(_beside_folds, h, inside))
-        yield Case(group, f"{inside:g} inside a fold, gbar = {SLIGHT:g}", partial(_beside_folds, slight, inside))
+        yield Case(group, f"{inside:g} inside a fold", partial(_next_to_folds, h, inside))
+        yield Case(group, f"{inside:g} inside a fold, gbar = {SLIGHT:g}", partial(_next_to_folds, slight, inside))
     for gbar in (1e-4, 3e-4, 7e-4, 1e-3, 1e-2):
         case = f"narrow range of foci, gbar = {gbar:g}"
         yield Case(group, case, partial(_changes_of_type, h.with_groups(gbar=gbar)))
@@ -87,7 +87,7 @@ def _nearest(motions: Motions, point: Point) -> np.ndarray:
     return np.asarray(apart + np.abs(wrapped(motions.phi_bottom - p.phi_bottom)))
 
 
-def _beside_folds(harvester: Harvester, inside: float) -> CaseFinding:
+def _next_to_folds(harvester: Harvester, inside: float) -> CaseFinding:
     """Devices so little to either side of each fold: on one there are the two motions that meet in it."""
     errors, within = [0.0], 10 * np.sqrt(inside)
     for point in _points(harvester, Event.FOLD):

@@ -34,11 +34,11 @@ SweepRange = tuple[Parameter, float, float]
 
 
 class Harvester(Struct, frozen=True):
-    """A device with membranes.
+    """The device around which extreme cases are built, and the scenario that it comes from.
 
     Attributes
     ----------
-    given : Scenario
+    scenario : Scenario
         That the device was taken from, with a design point and the ball's mass.
     device : Device
         As it is, or with other values.
@@ -46,14 +46,14 @@ class Harvester(Struct, frozen=True):
         Sweep of the length, as factors of the device's.
     """
 
-    given: Scenario
+    scenario: Scenario
     device: Device
     span: tuple[float, float]
 
     @property
     def membrane(self) -> Membrane:
-        """That of the device."""
-        membrane = Membrane.of(self.given)
+        """The membrane that the ball of the device strikes."""
+        membrane = Membrane.of(self.scenario)
         assert membrane is not None
         return membrane.of_device(self.device)
 
@@ -86,7 +86,7 @@ class Harvester(Struct, frozen=True):
         values = {BALL: device.ball_mass_kg, "gravity_m_s2": device.gravity_m_s2}
         values |= {varied.path: None for varied in RESTITUTIONS}
         values |= {varied.path: device.value_of(varied) for varied in device.inputs}
-        tree = device_tree(self.given, values)
+        tree = device_tree(self.scenario, values)
         if sweep is not None:
             tree["sweep"] = {"parameter": sweep[0], "from": sweep[1], "to": sweep[2]}
         return analyse(load(tree), (Task.JSON,))

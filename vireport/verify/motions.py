@@ -135,7 +135,7 @@ def _sweeps(h: Harvester) -> Iterator[Case]:
 
 
 def _voltage(harvester: Harvester, speed: float) -> CaseFinding:
-    """The voltage of (5.2)-(5.5)."""
+    """The voltage of an impact by Eqs. (5.2)-(5.5), held against 40 digits."""
     answer = voltages(np.array([speed]), np.array([-speed]), harvester.membrane)
     require_finite(answer)
     depth, volts = float(answer.deflection_m[0]), float(answer.average_v[0])

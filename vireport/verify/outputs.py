@@ -56,13 +56,13 @@ def with_accuracy_block(loaded: Loaded) -> Loaded:
 
 
 def measured_study(loaded: Loaded, progress: Progress | None = None) -> Study:
-    """Study a scenario that has an accuracy block."""
+    """Study a scenario that has an accuracy block: error against run time, and compliant membranes."""
     return analyse(loaded, FORMATS, progress)
 
 
 def accuracy_opening(study: Study) -> Opening:
-    """Choose what is said of a `measured_study`: whether the solution is right, its worst error, its time."""
-    work = _measured(study)
+    """Choose what is said of a study of accuracy: whether the solution is right, its worst error, its time."""
+    work: WorkPrecision | None = study.findings.get(CHECKS)
     if work is None or work.benchmark is None:
         why = "" if work is None else work.nothing
         return Opening(Status.BAD, _said("word_nothing"), _said("nothing", why), tuple(_soft_membranes(study)))
@@ -79,11 +79,6 @@ def accuracy_opening(study: Study) -> Opening:
         tiles.append(Statement(Status.NEUTRAL, _said("tile_time", whole.seconds.median)))
     facts = gravest([*_soft_membranes(study), *_of_runs(work)])
     return Opening(status, _said(f"word_{name}"), _said(name, names), facts, tuple(tiles))
-
-
-def _measured(study: Study) -> WorkPrecision | None:
-    """Errors and run times; None where nothing was measured."""
-    return study.findings.get(CHECKS)
 
 
 def _findings() -> Iterator[Any]:
@@ -138,7 +133,7 @@ def text(study: Study, tables: bool = False, every: bool = False) -> str:
 
 
 def _parts(study: Study, every: bool) -> Iterator[Table]:
-    work = _measured(study)
+    work: WorkPrecision | None = study.findings.get(CHECKS)
     if work is None:
         return
     yield from measurements(work, every)

@@ -64,7 +64,7 @@ class Case(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Group and name."""
+        """Group and name of the case, as it is listed."""
         return f"{self.group}: {self.name}"
 
 
@@ -81,7 +81,7 @@ class CaseOutcome(NamedTuple):
 
     row: Case
     verdict: CaseVerdict
-    found: CaseFinding
+    finding: CaseFinding
     seconds: float = 0.0
 
 
@@ -129,13 +129,13 @@ def opening_of_cases(outcomes: Sequence[CaseOutcome]) -> Opening:
 
 
 def _tiles(applying: Sequence[CaseOutcome]) -> Iterator[Statement]:
-    answers = [outcome for outcome in applying if outcome.found.error is not None]
+    answers = [outcome for outcome in applying if outcome.finding.error is not None]
     yield Statement(Status.NEUTRAL, _said("tile_cases", len(answers), len(applying) - len(answers)))
     # Where cases have other bounds, that which comes nearest to its own.
-    worst = max(answers, key=lambda outcome: cast(float, outcome.found.error) / outcome.found.bound, default=None)
+    worst = max(answers, key=lambda outcome: cast(float, outcome.finding.error) / outcome.finding.bound, default=None)
     if worst is not None:
         status = Status.BAD if worst.verdict is CaseVerdict.FAILED else Status.GOOD
-        yield Statement(status, _said("tile_worst_case", worst.found.error, worst.found.bound, worst.row.title))
+        yield Statement(status, _said("tile_worst_case", worst.finding.error, worst.finding.bound, worst.row.title))
     yield Statement(Status.NEUTRAL, _said("tile_seconds", sum(outcome.seconds for outcome in applying)))
 
 
