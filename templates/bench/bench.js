@@ -1,7 +1,7 @@
 // The bench: sliders over a scenario, and what the program answers to them. Nothing is computed here but places on the
 // page. A backend has `ask(kind, question, told)`, which promises an answer; `remember(state)` and `recalled()`, which
 // keep the state; `saves`, whether it writes files, and `report(name)`, where a report that was written can be read.
-import { DIGITS, FEWEST, clamp, make, named, plain, show, shown, signOf, signed, stepOf } from "./elements.js";
+import { DIGITS, FEWEST, clamp, make, marked, named, plain, show, shown, signOf, signed, stepOf } from "./elements.js";
 import { ticksOf, unitOf, withUnit } from "./elements.js";
 import { FIGURES, drawPanels, legendOf, panelsOf } from "./panels.js";
 import { deviceInMotion } from "./sketch.js";
@@ -608,7 +608,7 @@ export function mount(root, start, backend) {
         make(
           "tr",
           {},
-          ["Input", "Ends at", "Room", "What happens there"].map((name) => make("th", { scope: "col" }, name)),
+          ["Input", "Ends at", "Room", "Event"].map((name) => make("th", { scope: "col" }, name)),
         ),
       ),
       make(
@@ -619,7 +619,7 @@ export function mount(root, start, backend) {
           return make(
             "tr",
             {},
-            make("th", { scope: "row" }, `${quantity} ${named(symbol)}`),
+            make("th", { scope: "row" }, `${quantity} `, ...marked(symbol)),
             make("td", { class: "figure" }, withUnit(shown(margin.sweep_value, digits), unit)),
             make(
               "td",

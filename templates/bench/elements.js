@@ -62,6 +62,12 @@ export const unitOf = (unit) => (unit === "" || unit === "1" ? "" : ` [${unit ==
 /** A symbol as it is read: r_top is r top. */
 export const named = (symbol) => symbol.replace("_", " ");
 
+/** The same with its index set below the line. */
+export const marked = (symbol) => {
+  const [letter, index] = symbol.split("_");
+  return index === undefined ? [letter] : [letter, make("sub", {}, index)];
+};
+
 export const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
 /** Steps of 1, 2 or 5 times a power of ten, about `count` of them in a range. */

@@ -1233,6 +1233,10 @@ SAID += [
     ("identify", "devices", (MeasuredShare(64, 128, 0.4, 0.6, DesignInput.LENGTH),)),
     ("figures/record", "figure_record_title", ({},)),
     ("identify", "heading", ("taps.csv",)),
+    ("identify", "identified", ()),
+    ("identify", "named_in", (Unknown.LENGTH,)),
+    ("identify", "named_in", (Unknown.RESTITUTION_TOP,)),
+    ("identify", "harmonics", ()),
     *(
         ("figures/impacts", f"figure_impacts_{name}", ({"impacts": 9, "name": "x.csv", "every": every} | of,))
         for name, every, of in (

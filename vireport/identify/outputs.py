@@ -33,7 +33,7 @@ from vireport.study.plan import Task, page_and_figure_files
 from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.results import json_bytes
 from vireport.text.formatting import ROUGHLY, measured, rounded_text
-from vireport.text.tables import Table, numbers, plain_text, texts
+from vireport.text.tables import Table, plain_text, worded_table
 from vireport.text.templates import Words
 
 if TYPE_CHECKING:
@@ -297,7 +297,7 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
     if shaker is None:
         return
     yield words("shaker", shaker)
-    rows = tuple(
+    rows = [
         (
             str(harmonic.order),
             measured(harmonic.percent, harmonic.percent_error),
@@ -307,10 +307,9 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
         )
         for harmonic in shaker.harmonics
         if harmonic.significant
-    )
+    ]
     if rows:
-        columns = numbers("Order", "Size [%]", "Standard error", "Phase [deg]", "Standard error")
-        yield Table("Harmonics of the force", columns, rows)
+        yield worded_table(words, "harmonics", "nnnnn", rows)
 
 
 def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
@@ -446,19 +445,17 @@ def _parts(identified: IdentifiedRecord, words: Words) -> Iterator[str | Table]:
     misfit = answer.misfit
     if answer.rounding is not None:
         yield words("rounded", answer.rounding)
-    rows = tuple(
+    rows = [
         (
-            words("name_of", adjustment.unknown),
+            words("named_in", adjustment.unknown),
             measured(adjustment.value, adjustment.error),
             rounded_text(adjustment.error, ROUGHLY),
             *(measured(end, adjustment.error) for end in (adjustment.low, adjustment.high)),
-            adjustment.unknown.unit,
         )
         for adjustment in answer.identified
-    )
+    ]
     if rows:
-        columns = (*texts("Input"), *numbers("Value", "Standard error", "From", "To"), *texts("Unit"))
-        yield Table("Identified, with 95 % intervals", columns, rows)
+        yield worded_table(words, "identified", "tnnnn", rows)
     unseen = misfit.untested, misfit.swapped_untested, misfit.distortion_untested
     if misfit.accepted and (untested := words("untested", *unseen)):
         yield untested
