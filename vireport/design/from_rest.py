@@ -103,7 +103,8 @@ class Destination(StrEnum):
 class Target(NamedTuple):
     """A stable 1:1 motion by its impact on the bottom membrane, and how near it the linearised map decides.
 
-    Phase [rad], velocity [y_c], and a distance in either.
+    Phase [rad], velocity [y_c], and a distance in either. A `Core` of `findings.outcomes` is wider and is found by
+    simulation, which takes longer than to follow one ball.
     """
 
     phase: float

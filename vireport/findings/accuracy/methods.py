@@ -363,6 +363,8 @@ def _finite(values: list[float]) -> list[float]:
 def settle(target: BenchmarkProblem, tolerance: float, budget: Budget) -> SolvedMotion:
     """The motion that the simulation settles on: followed until a lap changes it by less than the tolerance.
 
+    Without Newton's method, by which attractors are made exact: it is the error of following alone that is measured.
+
     Raises
     ------
     NumericalError

@@ -108,6 +108,8 @@ def flown(goal: Goal, sets: Sets, guesses: Floats | None = None) -> tuple[Impact
 def come_in(goal: Goal, sets: Sets, guesses: Floats | None, most: int) -> tuple[Mask, Ints, int]:
     """Which sets surely come into a region, along which coordinate to halve the others, and the flights followed.
 
+    Once a part of a set is lost, all of it is spared; `follow_cells` keeps the returns of cells that do not arrive.
+
     Parameters
     ----------
     goal : Goal

@@ -181,7 +181,8 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
 
     The flight is cut into parts, and those are halved that are open. Next to the impacts, where the distance to one
     wall is zero, the sign of the velocity or of the acceleration settles it: the counterpart in affine arithmetic of
-    `vireport.study.checks.confinement`.
+    `vireport.study.checks.confinement`. In `findings.proofs.flights` the ball may begin off a membrane or touch one,
+    and it is said where.
     """
     ops, parts = AFFINE, TIME_PARTS * n
     inside = np.ones(count, dtype=bool)
