@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from conftest import EXAMPLES
+from msgspec.structs import replace
 
 from vireport.bench.changes import Change, changes, may_work, rounded_away, works
-from vireport.scenario.loading import Loaded, load
+from vireport.findings.outcomes.shock import LeastShock
+from vireport.findings.outcomes.withstood import least_of
+from vireport.scenario.loading import load
 from vireport.scenario.parameters import DesignInput
 from vireport.study.study import Study, analyse
 
@@ -114,21 +119,43 @@ def test_what_to_change_is_found_of_a_restitution_that_falls_with_speed() -> Non
 
 
 @pytest.mark.slow
-def test_a_value_that_works_does_so_with_the_disturbances_that_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are left out first: where a value falls short without them, no ramp is looked for."""
-    study = study_with(("disturbances={ramp_periods: 3}", "device.length_m=0.6"))
-    runs: list[tuple[str, ...]] = []
+def test_shocks_are_searched_for_only_where_nothing_else_refuses_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 2.9 N U_ave is 42.2 kV, too low whatever shocks do; at 3.1 N it is 43.5 kV, and the shock decides."""
+    searches: list[float] = []
+    jumps: list[float | None] = [None]
 
-    def analysed(loaded: Loaded, formats: tuple[str, ...]) -> Study:
-        runs.append(loaded.overrides)
-        return analyse(loaded, formats)
+    def searched(*inputs: Any) -> LeastShock:
+        searches.append(inputs[3])
+        return replace(least_of(*inputs), jump=jumps[-1])
 
-    monkeypatch.setattr("vireport.bench.changes.analyse", analysed)
-    assert not works(study, DesignInput.LENGTH, 0.62)
-    assert len(runs) == 1
-    assert works(study, DesignInput.LENGTH, 0.64)
-    assert len(runs) == 3
-    assert ["disturbances=" in own for own in runs] == [True, True, False]
+    monkeypatch.setattr("vireport.findings.outcomes.withstood.least_of", searched)
+    overrides = "disturbances={}", "requirements.u_ave_at_least_v=43000", "requirements.survives_shock_m_s=0.1"
+    study = study_with(overrides)
+    for jump, survived in ((None, True), (1e-3, False)):
+        searches.clear()
+        jumps.append(jump)
+        assert not works(study, DesignInput.AMPLITUDE, 2.9)
+        assert not searches
+        assert works(study, DesignInput.AMPLITUDE, 3.1) is survived
+        assert len(searches) == 1
+
+
+@pytest.mark.slow
+def test_a_value_works_from_which_only_a_ramp_reaches_the_motion() -> None:
+    """At 3.6 N the ball comes to 1:1 motion from all moments by a ramp of 20 periods, and not at once."""
+    for periods, reached in ((0, False), (20, True)):
+        loaded = load(EXAMPLES / "inclined-forcing.yaml", ("sweep=", f"disturbances={{ramp_periods: {periods}}}"))
+        assert works(analyse(loaded, ()), DesignInput.AMPLITUDE, 3.6) is reached
+
+
+def test_the_nearest_values_are_enough_where_enough_of_them_may_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = study_with(("requirements.u_ave_at_least_v=43000",))
+    values = 3.03 * 1.05 ** (np.arange(1, 201) / 200)
+    some = values[may_work(study, DesignInput.AMPLITUDE, values)]
+    monkeypatch.setattr("vireport.bench.changes.FIRST_PART", len(values))
+    every = values[may_work(study, DesignInput.AMPLITUDE, values)]
+    assert 16 <= len(some) < len(every)
+    assert (every[: len(some)] == some).all()
 
 
 def test_of_no_values_with_harmonics_none_may_work() -> None:

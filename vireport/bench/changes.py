@@ -15,11 +15,10 @@ from vireport.design.lines import HIGHEST_RESTITUTION
 from vireport.design.solution import solution_of
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Membrane
-from vireport.scenario.keys import value_at
 from vireport.scenario.loading import loads
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.designs import Designs
-from vireport.study.judging.requirements import SPARED, required, spared
+from vireport.study.judging.requirements import required, spared
 from vireport.study.study import Study, analyse
 
 Floats = NDArray[np.float64]
@@ -33,6 +32,9 @@ FARTHEST = 2.0
 
 TRIES = 5
 """Runs on either side of the design along an input: of the values that may work the 1st, 2nd, 4th, 8th and 16th."""
+
+FIRST_PART = 48
+"""Values, the nearest, that are looked at first: where a third of them may work, there are enough to be tried."""
 
 FIRST_STEPS = 4
 """Where a motion is looked for value by value, that many of the doubled steps are taken at once."""
@@ -120,19 +122,29 @@ def _doubled(count: int) -> list[int]:
 
 
 def may_work(study: Study, varied: DesignInput, values: Floats) -> Mask:
-    """Which values may work, by what arrays of designs tell; all others surely do not."""
-    scenario, device = study.scenario, study.solution.device
-    membrane = Membrane.of(scenario)
-    changed = device.with_values({varied: values})
-    designs = Designs(scenario, changed, membrane and membrane.of_device(changed), len(values))
-    rows = list(required(scenario))
-    allowed = scenario.requirements.allowed if scenario.requirements is not None else ()
+    """Which values may work, by what arrays of designs tell, as many of the nearest as are tried.
+
+    The values come nearest first, and the first part of them mostly has enough: the others are then not looked at.
+    """
+    kept, requirements = np.zeros(len(values), dtype=bool), study.scenario.requirements
+    required_1_1 = requirements is None or not requirements.allowed
     try:
-        kept = designs.has_motion() if not allowed else np.ones(len(values), dtype=bool)
-        for requirement, limit in rows:
-            kept &= requirement.quantity.may_meet(designs, limit)
+        for part in (slice(FIRST_PART), slice(FIRST_PART, None)):
+            if kept.sum() < 2 ** (TRIES - 1):
+                kept[part] = _arrays_tell(study, varied, values[part], required_1_1)
     except (NumericalError, UsageError):  # of a restitution that falls with speed there are no arrays
-        return _one_by_one(device, varied, values, not allowed)
+        return _one_by_one(study.solution.device, varied, values, required_1_1)
+    return kept
+
+
+def _arrays_tell(study: Study, varied: DesignInput, values: Floats, required_1_1: bool) -> Mask:
+    """Which values may work; all others surely do not."""
+    scenario, membrane = study.scenario, Membrane.of(study.scenario)
+    changed = study.solution.device.with_values({varied: values})
+    designs = Designs(scenario, changed, membrane and membrane.of_device(changed), len(values))
+    kept = designs.has_motion() if required_1_1 else np.ones(len(values), dtype=bool)
+    for requirement, limit in required(scenario):
+        kept &= requirement.quantity.may_meet(designs, limit)
     return kept
 
 
@@ -187,20 +199,23 @@ def rounded_away(value: float, present: float) -> float:
 def works(study: Study, varied: DesignInput, value: float) -> bool:
     """Whether a run of the design with another value does not fall short.
 
-    A run without disturbances, where they are not required, comes first: to look for a ramp that helps takes seconds,
-    and most values fall short at once.
+    What takes long to judge comes last: most values fall short of something else, which refuses them whatever a search
+    for shocks would give.
     """
-    needless = spared(required(study.scenario), (*SPARED, "disturbances"))
-    return _works_without(study, needless, varied, value) and (
-        value_at(study.scenario, "disturbances") is None
-        or "disturbances" not in needless
-        or _works_without(study, needless - {"disturbances"}, varied, value)
-    )
+    pairs = list(required(study.scenario))
+    needless = spared(pairs)
+    dear = [f"requirements.{key}" for requirement, _ in pairs if requirement.dear for key in requirement.keys]
+    if not dear:
+        return _works_without(study, needless, varied, value)
+    # A block in which nothing is required would be refused.
+    last = dear if any(not requirement.dear for requirement, _ in pairs) else ["requirements"]
+    return all(_works_without(study, parts, varied, value) for parts in ([*needless, *last], needless))
 
 
-def _works_without(study: Study, blocks: Iterable[str], varied: DesignInput, value: float) -> bool:
+def _works_without(study: Study, parts: Iterable[str], varied: DesignInput, value: float) -> bool:
+    """Whether a run without some blocks or keys of the scenario does not fall short."""
     loaded = study.loaded
-    overrides = (*loaded.overrides, *(f"{block}=" for block in blocks), f"{varied.path}={value!r}")
+    overrides = (*loaded.overrides, *(f"{part}=" for part in parts), f"{varied.path}={value!r}")
     try:
         other = analyse(loads(loaded.document.text, loaded.document.name, overrides), ())
     except (NumericalError, ScenarioError, UsageError):  # a value of which nothing can be said

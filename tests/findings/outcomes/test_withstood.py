@@ -21,8 +21,9 @@ from vireport.findings.outcomes.jitter import jitter as jitter_of
 from vireport.findings.outcomes.outcomes import Outcomes
 from vireport.findings.outcomes.results import outcomes_data
 from vireport.findings.outcomes.shock import least_shock
+from vireport.findings.outcomes.steps import JITTER, SHOCK
 from vireport.findings.outcomes.withstood import withstood_by
-from vireport.study.plan import refuse_undecidable
+from vireport.study.plan import plan, refuse_undecidable
 from vireport.study.results import switched_on_data
 
 TEXT = """\
@@ -160,3 +161,14 @@ def least_shock_of_the_first(length: float):
     device = of(solved("horizontal", device__length_m=length).device)
     assert len(device.stable) == 2
     return least_shock(device.groups, device.stable[0], device.stable[1:], device.unstable)
+
+
+@pytest.mark.parametrize("key", ["survives_shock_m_s", "phase_jitter_at_most_deg", None])
+def test_a_design_that_is_only_judged_has_the_steps_that_its_requirements_need(key: str | None) -> None:
+    requirements = "recovers_within_periods: 1e6" + (f", {key}: 1" if key else "")
+    text = TEXT.partition("requirements")[0].format(force=5, kick=1e-3)
+    scenario = loads(f"{text}requirements: {{{requirements}}}\n").scenario
+    steps = {"shock": SHOCK, "jitter": JITTER}
+    needed = {"survives_shock_m_s": {"shock"}, "phase_jitter_at_most_deg": {"jitter"}}.get(key or "", set())
+    assert {name for name, step in steps.items() if plan(scenario, ()).runs(step)} == needed
+    assert {name for name, step in steps.items() if plan(scenario, ("json",)).runs(step)} == set(steps)

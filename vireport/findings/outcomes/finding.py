@@ -56,6 +56,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
     def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Outcomes] | None:
         """What the device does when it is switched on as the block says, at any moment, and near the design point."""
         from vireport.findings.outcomes.steps import MOMENTS, WINDOWS
+        from vireport.study.plan import NUMBA
 
         moments, windows = study.plan.runs(MOMENTS), study.plan.runs(WINDOWS)
         block = block_of(study.scenario, BLOCK, DisturbancesBlock)
@@ -65,7 +66,8 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.findings.outcomes.outcomes import Outcomes, outcomes_along, switched_on_by
 
         if moments:
-            return switched_on_by(study.solution, block, compiled=windows, windows=windows)
+            compiled = bool(NUMBA.holds(study.scenario, frozenset()))
+            return switched_on_by(study.solution, block, compiled, windows)
         from vireport.design.switched_on import SwitchedOn, switched_on_at_once
 
         strip = outcomes_along(study.solution, compiled=windows)
@@ -101,8 +103,8 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.findings.outcomes.judging import judged_jitter, judged_shock
         from vireport.study.judging.requirements import OfRun, Requirement
 
-        yield Requirement("survives_shock_m_s", "Shock that is survived", BUMPS, OfRun(judged_shock))
-        yield Requirement("phase_jitter_at_most_deg", "Spread of the phases", KICKS, OfRun(judged_jitter))
+        yield Requirement("survives_shock_m_s", "Shock that is survived", BUMPS, OfRun(judged_shock, dear=True))
+        yield Requirement("phase_jitter_at_most_deg", "Spread of the phases", KICKS, OfRun(judged_jitter, dear=True))
 
     def share_of_starts(self, outcomes: Outcomes, evidence: Evidence) -> str | None:
         """How many random starts come to a motion of a word that is required."""

@@ -56,15 +56,31 @@ WANTED = Precondition(
 )
 
 
+def _judged(key: str) -> Precondition:
+    """That an output or a requirement needs a step; a verdict alone rests on neither shocks nor kicks."""
+    return Precondition(
+        lambda scenario, formats: formats or value_at(scenario, f"requirements.{key}") is not None,
+        OUTPUT.otherwise,
+    )
+
+
+SHOCK_JUDGED, JITTER_JUDGED = _judged("survives_shock_m_s"), _judged("phase_jitter_at_most_deg")
+RAMPED = Precondition(
+    # At once, what the first moment leads to is what the core finds of a ball from rest.
+    lambda scenario, formats: formats or value_at(scenario, "disturbances.ramp_periods"),
+    OUTPUT.otherwise,
+)
+
+
 def steps() -> Iterator[DeclaredStep]:
     """The six steps in their order, and the two figures."""
     has_disturbances, basin = "the scenario has a disturbances block", "disturbances.basin is true"
-    yield DeclaredStep(MOMENTS, (GIVEN, DESIGN), has_disturbances)
+    yield DeclaredStep(MOMENTS, (GIVEN, DESIGN, RAMPED), has_disturbances)
     yield DeclaredStep(WINDOWS, (GIVEN, AT_ONCE, NUMBA, OUTPUT), has_disturbances)
-    yield DeclaredStep(SHOCK, (GIVEN, DESIGN, NUMBA), has_disturbances)
+    yield DeclaredStep(SHOCK, (GIVEN, DESIGN, NUMBA, SHOCK_JUDGED), has_disturbances)
     why = "a disturbances block, or a word that is required, asks for it"
     yield DeclaredStep(COEXISTENCE, (COMPARED, DESIGN, NUMBA, WANTED), why)
-    yield DeclaredStep(JITTER, (GIVEN, KICKED, DESIGN), "one of disturbances.jitter_... is given")
-    yield DeclaredStep(BASINS, (DESIGN, NUMBA), basin, (DRAWN,))
+    yield DeclaredStep(JITTER, (GIVEN, KICKED, DESIGN, JITTER_JUDGED), "one of disturbances.jitter_... is given")
+    yield DeclaredStep(BASINS, (DESIGN, NUMBA, OUTPUT), basin, (DRAWN,))
     yield DeclaredStep(FIGURE_SHOCKS, (GIVEN, DESIGN, NUMBA, PICTURES), has_disturbances, before=Task.FIGURE_CYCLE)
     yield DeclaredStep(FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), basin, (DRAWN,), before=Task.FIGURE_CYCLE)

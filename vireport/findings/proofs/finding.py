@@ -25,13 +25,15 @@ class ProofsFinding(AddedFinding["Proved"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """One step, listed where the scenario requests proofs."""
-        from vireport.study.plan import DESIGN, FLINT, AddedTask, DeclaredStep, Precondition
+        from vireport.study.plan import DESIGN, FLINT, OUTPUT, AddedTask, DeclaredStep, Precondition
 
         requested = Precondition(
             lambda scenario, _: value_at(scenario, "disturbances.prove"), "nothing is to be proved"
         )
         what = "proof that the motion is reached from rest, and of a bound of the shocks that it survives"
-        yield DeclaredStep(AddedTask("proof", what), (DESIGN, FLINT), "disturbances.prove is true", (requested,))
+        yield DeclaredStep(
+            AddedTask("proof", what), (DESIGN, FLINT, OUTPUT), "disturbances.prove is true", (requested,)
+        )
 
     def find(self, study: Study, say: Progress) -> Proved | None:
         """Prove what can be proved of the stable motions."""

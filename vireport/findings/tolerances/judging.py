@@ -22,6 +22,9 @@ Mask = NDArray[np.bool_]
 FEW_SAMPLES = 64
 """Devices by which designs are judged first that lack a yield by far."""
 
+AT_ONCE = 2048
+"""Devices whose motions are looked for at once: of a design alone, most of the time goes into calls on short arrays."""
+
 
 def judged_yield(results: Evidence, limit: Limit) -> Judgement:
     """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
@@ -48,9 +51,11 @@ def may_yield(designs: Designs, limit: Limit) -> Mask:
     failed, first = np.zeros(designs.count, dtype=np.intp), 0
     while first < block.samples:
         last = min(max(2 * first, FEW_SAMPLES), block.samples)
-        for row in np.flatnonzero(kept):
-            design = designs.select(np.array([row]))
-            device = devices_off(design.device, design.half_widths, steps[:, first:last])
-            failed[row] += np.count_nonzero(~replace(design, device=device, count=last - first).has_motion(BORDER))
+        rows, several = np.flatnonzero(kept), max(AT_ONCE // (last - first), 1)
+        for some in (rows[k : k + several] for k in range(0, len(rows), several)):
+            around = designs.select(np.repeat(some, last - first))
+            device = devices_off(around.device, around.half_widths, np.tile(steps[:, first:last], len(some)))
+            works = replace(around, device=device).has_motion(BORDER)
+            failed[some] += np.count_nonzero(~works.reshape(len(some), -1), axis=1)
         kept, first = failed <= most, last
     return kept

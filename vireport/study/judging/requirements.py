@@ -192,10 +192,13 @@ class OfRun(Struct, frozen=True, eq=False):
         Holds the results against the limit. May raise NumericalError, which then is the remark.
     before_run : callable or None
         Of many designs, which may meet the limit; all others surely do not. None where only a run tells.
+    dear : bool
+        Whether a run takes half a second or more for it, so that of many designs it is judged last.
     """
 
     judgement: Callable[[Evidence, Limit], Judgement]
     before_run: Callable[[Designs, Limit], Mask] | None = None
+    dear: bool = False
 
     def may_meet(self, designs: Designs, limit: Limit) -> Mask:
         """Which designs may meet a limit, before they are run."""
@@ -224,6 +227,11 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
     def demand(self) -> Demand:
         """What is declared with its keys."""
         return next(demand for demand, keys in DEMANDS.items() if self.key in keys)
+
+    @property
+    def dear(self) -> bool:
+        """Whether it is judged last of many designs, as it takes a run long."""
+        return isinstance(self.quantity, OfRun) and self.quantity.dear
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -273,12 +281,12 @@ SPARED = "sweep", "simulation", "motions", "accuracy"
 """Blocks that many designs of one scenario are judged without, where no requirement needs them."""
 
 
-def spared(pairs: Iterable[tuple[Requirement, Limit]], among: Iterable[str] = SPARED) -> set[str]:
-    """The blocks of a scenario, of some, without which what is required can be judged."""
+def spared(pairs: Iterable[tuple[Requirement, Limit]]) -> set[str]:
+    """The blocks of a scenario, of `SPARED`, without which what is required can be judged."""
     demands = [requirement.demand for requirement, _ in pairs]
     needed = {need.partition(".")[0] for demand in demands for need in demand.needs}
     followed = {"motions"} if any(demand.kind is LimitKind.WORDS for demand in demands) else set()
-    return set(among) - needed - followed
+    return set(SPARED) - needed - followed
 
 
 def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:
@@ -465,9 +473,11 @@ REQUIREMENTS = (
         "margin_with_effects_percent",
         "Margin with what is left out",
         Question.MARGIN,
-        OfRun(_with_effects, _may_with_effects),
+        OfRun(_with_effects, _may_with_effects, dear=True),
     ),
-    Requirement("withstands_distortion_percent", "Distortion that is withstood", Question.MARGIN, OfRun(_distortion)),
+    Requirement(
+        "withstands_distortion_percent", "Distortion that is withstood", Question.MARGIN, OfRun(_distortion, dear=True)
+    ),
     Requirement("u_ave_at_least_v", "U_ave", Question.VOLTAGE, U_AVE),
     Requirement(
         "u_ave_difference_at_most_v",
