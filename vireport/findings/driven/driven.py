@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from math import ceil, pi
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -191,13 +192,38 @@ def driven_by(
         raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: a record without gaps)")
     driven_device = shaken(device, shaker)
     say("driving the record through the device")
-    rows, clock, phase = _followed(recording, shaker, driven_device)
-    answer = _told(recording, shaker, driven_device, membrane, rows, clock, phase)
+    followed = _followed(recording, shaker, driven_device)
+    answer = _counted(recording, shaker, driven_device, membrane, followed)
     return replace(answer, doubts=shaker_findings(recording, shaker, device))
 
 
-def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> tuple[Floats, Floats, float]:
-    """The impacts of a record, their times from its first sample in units of the flights, and the phase there."""
+class _Followed(NamedTuple):
+    """A ball followed through a record.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (k, 6)
+        Its impacts, as rows of the simulation.
+    clock : ndarray, shape (k,)
+        Their times since the first sample [t_c].
+    phase : float
+        Of the fitted force at the first sample [rad].
+    """
+
+    rows: Floats
+    clock: Floats
+    phase: float
+
+
+def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> _Followed:
+    """Drive the samples of a record through a device, from a ball that lies on the bottom membrane.
+
+    Raises
+    ------
+    NumericalError
+        If the ball does not cease to bounce.
+    """
+    # The samples have the harmonics in them: those that were fitted must not be added a second time.
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()._replace(harmonics=())
     rate = 2 * shaker.frequency_hz
     samples = (shaker.channel.values - shaker.offset) / shaker.amplitude
@@ -209,23 +235,27 @@ def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> tup
     if summary[0] >= most:
         raise NumericalError(f"{KEY}: more than {MOST_IMPACTS} impacts in each period of the force: they are not told")
     held = rows[:, SETTLING] + rows[:, RIDING]
-    return rows, np.cumsum(rows[:, FLIGHT] + np.concatenate([[0.0], held[:-1]])), phase
+    # The flight of an impact is the one that ends there: time on a membrane comes before the next flight.
+    return _Followed(rows, np.cumsum(rows[:, FLIGHT] + np.concatenate([[0.0], held[:-1]])), phase)
 
 
-def _told(
-    recording: Recording,
-    shaker: ShakerMotion,
-    device: Device,
-    membrane: Membrane | None,
-    rows: Floats,
-    clock: Floats,
-    phase: float,
+def _counted(
+    recording: Recording, shaker: ShakerMotion, device: Device, membrane: Membrane | None, followed: _Followed
 ) -> Driven:
+    """The impacts of whole periods once the motion has settled, with their means.
+
+    Raises
+    ------
+    UsageError
+        If no period is left.
+    """
+    rows, clock, phase = followed
     rate = 2 * shaker.frequency_hz
     end = (recording.end_s - recording.start_s) * rate
     span = 2.0 * device.period_ratio
     rested = rows[:, SETTLING] + rows[:, RIDING] > 0
-    # Periods are cut where the fewest impacts are near, and counted back from the end.
+    # Periods are cut where the fewest impacts are near, and counted back from the end: an impact that jitters over
+    # a cut would be taken from one word and given to the next.
     settled = min(max(SETTLED * end, 2 * SETTLING_PERIODS), MOST_SETTLING * end)
     cut = _emptiest(rows[clock > settled, PHASE])
     last = end - (phase / pi + end - cut / pi) % 2
@@ -233,6 +263,7 @@ def _told(
     if periods < 1:
         raise UsageError(f"{KEY}: {recording.name} is too short: no period is left where the motion has settled")
     first = last - periods * span
+    # The first row is the start, which is no impact.
     counted = (clock >= first) & (clock < last) & (np.arange(len(rows)) > 0)
     counted_rows, times = rows[counted], clock[counted]
     period = np.clip(((times - first) / span).astype(int), 0, periods - 1)
@@ -251,6 +282,7 @@ def _told(
 
     def speed(wall: float) -> Mean | None:
         used = (part >= 0) & (counted_rows[:, WALL] == wall)
+        # A mean over impacts, not over time: parts differ in their number, which the interval has to know.
         counts = _sums(part[used], np.ones(int(used.sum())), parts)
         return batched(_sums(part[used], speeds[used], parts), counts) if used.any() else None
 
@@ -307,6 +339,7 @@ def _words(
     for k in range(periods):
         sequence = "".join(letters[edges[k] : edges[k + 1]])
         seen[RESTS if k in resting else sequence] += 1
+    # Many periods have the same few sequences: words are sorted out once for each of these, not for each period.
     same: Counter[str] = Counter()
     for sequence, count in seen.items():
         same[sequence if sequence in ("", RESTS) else Word.of(sequence).canonical().letters] += count

@@ -76,12 +76,14 @@ def batched(sums: Floats, sizes: Floats) -> Mean:
         return Mean(ratio, why=NoInterval.SHORT)
     off = sums - ratio * sizes
     square = float(off @ off)
+    # A motion that repeats itself to rounding has no spread, and the correlation of rounding would say that it drifts.
     if square <= (1e-9 * ratio) ** 2 * float(sizes @ sizes):
         return Mean(ratio, ratio, ratio)
     if float(off[1:] @ off[:-1]) / square > ALIKE / sqrt(count):
         return Mean(ratio, why=NoInterval.DRIFTS)
     from scipy.special import stdtrit  # type: ignore[import-untyped]
 
+    # Student's t: the spread is itself estimated, by some ten to thirty parts.
     error = sqrt(square / (count * (count - 1))) / float(sizes.mean())
     half = float(stdtrit(count - 1, (1 + CONFIDENCE) / 2)) * error
     return Mean(ratio, ratio - half, ratio + half)

@@ -295,6 +295,8 @@ def compliance(
         return Compliance(TOO_LOSSY.reason, rigid)
     varied, critical = _critical_point(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
+    # From the stiffest rung down: there the rigid motion is surely near enough to start from, and each rung starts the
+    # next softer one. Directly from rigid to soft membranes it may come to another motion, or to none.
     say(WorkStep("compliant membranes: periodic motions", 0.0))
     orbits = descend(motion_to_follow(device, membrane, rigid), factors, FINEST)
     say("compliant membranes: critical points")
@@ -333,12 +335,14 @@ def _solver_runs(case: SolvedCase, rungs: Sequence[StiffnessRung], repeats: int,
 def _critical_point(solution: Solution, device: Device) -> tuple[Parameter, Point | None]:
     """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
     design_value = float(device.value_of(solution.parameter))
+    # A grazing has no multiplier by which it could be followed.
     for kind in MULTIPLIER:
         points = [point for point in solution.critical_points if point.event is kind]
         if points:
             return solution.parameter, min(points, key=lambda point: abs(point.sweep_value - design_value))
         if solution.diagram is None and solution.design is not None:
             for margin in solution.design.endings(kind):
+                # A restitution is what membranes do: along it the ladder would compare other membranes.
                 if (varied := margin.parameter.sweepable) is not None and not varied.bounces:
                     return varied, margin.point
     return solution.parameter, None
@@ -363,6 +367,7 @@ def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[Stiffness
         fitted = [(r.factor, e) for r, e in zip(rungs, values, strict=True) if e is not None and e > FLOOR][-FITTED:]
         exponent = None
         if len(fitted) >= 2:
+            # A power of K is a straight line of the logarithms: its slope should be -1/(h+1).
             x, y = np.log(np.array(fitted)).T
             exponent = float(np.polyfit(x, y, 1)[0])
         yield Convergence(name, values, exponent)
@@ -413,6 +418,7 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     """Where the critical point is, and the margin to it, judged by the shift over that margin."""
     if comparison.critical is None or comparison.unscaled is None:
         return
+    # The shift counts over the margin, not over the value: a per mille of a length can be half of what is left of it.
     label, at, value = comparison.critical.label, comparison.critical.sweep_value, comparison.unscaled.critical_value
     varied, side = comparison.varied, 1 if comparison.design_value > at else -1
     margin = side * (comparison.design_value - at)

@@ -123,12 +123,14 @@ class _ExhaustedError(Exception):
 
 def period_of(model: CompliantModel, orbit: CompliantMotion) -> Period:
     """Start on a motion in mid-flight."""
-    # From mid-flight, where nothing is stiff and the state is known in closed form.
+    # From mid-flight, where nothing is stiff and the state is known in closed form: every solver starts exactly on the
+    # motion, and its error at the end is its own alone.
     left, half = orbit.top, orbit.flight_down / 2
     leaves = left.phase + pi * left.duration
     phase = leaves + pi * half
     z = -model.d / 2 + flight.displacement(half, left.leaving, sin(leaves), cos(leaves), cos(phase), model.gbar)
     v = flight.velocity(half, left.leaving, sin(leaves), sin(phase), model.gbar)
+    # Damping depends on the speed of the impact. That of the motion is kept: a run that has left it is wrong anyway.
     bottom, top = (damping_number(model.restitution_at(wall)) for wall in (BOTTOM, TOP))
     return Period(model, phase, float(z), float(v), (bottom / orbit.bottom.velocity, -top / orbit.top.velocity))
 
@@ -175,6 +177,7 @@ def run_ladder(period: Period, factor: float, repeats: int) -> tuple[SolverRun, 
     def call(solver: str, setting: float) -> None:
         runs[solver, setting] = run_once(period, factor, solver, setting)
 
+    # In turns, so that what slows the machine down for a while slows all of them down.
     times = timed_in_turns([partial(call, *rung) for rung in LADDER], repeats)
     return tuple(replace(runs[rung], seconds=spread.median) for rung, spread in zip(LADDER, times, strict=True))
 
@@ -222,6 +225,7 @@ def _adaptive(period: Period, force: Force, calls: Calls, solver: str, rtol: flo
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             # What solvers warn of, overflow and steps too small, is what is measured: it goes into the outcome.
             warnings.simplefilter("ignore")
+            # No events: to be told where the membranes are would be to solve another problem.
             run = solve_ivp(system, span, start, method=solver, rtol=rtol, atol=rtol)
     except _ExhaustedError:
         return RunOutcome.BUDGET, NOWHERE, 0

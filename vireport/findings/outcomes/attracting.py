@@ -149,6 +149,8 @@ def attracting_motions(
             cores.append(core_of(groups, motion, compiled=True))
         except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
             why[k] = str(error)
+    # A start that passes next to an unstable motion lingers there: without patience it would count as one that goes
+    # elsewhere, and shares would not add up.
     cores = patient(groups, cores, unstable)
     fastest = max((float(np.abs(motion.velocity).max()) for motion in stable), default=0.0)
     speed = start_speed(groups.restitution, fastest)
@@ -182,6 +184,7 @@ def attracting_motions(
         attracting.append(AttractingMotion(None, name, rests, resting))
     if not attracting:
         return None
+    # Where one of the motions has no core, what seems to go elsewhere may well come to it.
     shares = sum(attracted.share or 0.0 for attracted in attracting)
     elsewhere = None if why else max(1 - shares, 0.0)
     return AttractingMotions(tuple(attracting), STARTS, elsewhere, unit, time_unit)

@@ -110,6 +110,7 @@ def basins_of(
     x, y = np.linspace(0.0, TURN * (1 - 1e-12), points), np.linspace(0.0, speed, points)
     # Bands are thin and many: a quadtree would break them.
     plane = coloured(recognise, x, y, impacts, points - 1)
+    # The share is not that of the picture's cells: bands that are thinner than these would be counted wrongly.
     phase, velocity = np.random.default_rng(SEED).random((2, IMPACTS))
     counted = Counter(recognise(impacts(TURN * phase, speed * velocity)).tolist())
     # The random impacts may have led to motions that the grid had passed over.

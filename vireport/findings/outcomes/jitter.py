@@ -207,6 +207,8 @@ def jitter(
     if not kicks.any():
         return Jitter(motion, kick, restitution_scatter, np.array(covariance), np.zeros((len(matrices), 2)), 0.0, inf)
     room = _room(groups, motion, restitution_scatter)
+    # Kicks may be so small that what they neglect is lost in rounding: the error is then that of larger ones, scaled
+    # back by the square of the factor, by which it grows at first.
     enlarged = max(0, ceil(log2(LEAST_KICK / sqrt(float(kicks.max())))))
     spreads = np.array(covariance)
 
@@ -214,6 +216,7 @@ def jitter(
         spread = factor * kick, factor * restitution_scatter
         return _neglected(groups, motion, spread, lap, factor**2 * spreads, compiled)
 
+    # Downwards from the largest: the first factor at which linear theory holds bounds how far kicks may grow.
     for power in range(enlarged, -HALVINGS, -1):
         factor = 2.0**power
         error, mean = off(factor)
@@ -273,6 +276,8 @@ def _neglected(
     if passed is None:
         return inf, np.zeros(0)
     first = _repeated(lap, start, passed[-1])
+    # The first period gives mean and skewness of the linear spread; what these add to the covariance shows from the
+    # second one on.
     moments = first._replace(covariance=linear[0])
     scale = np.diagonal(linear, axis1=1, axis2=2)
     means, errors = np.zeros(0), [inf]
@@ -332,6 +337,8 @@ def _through_a_period(
         sizes = np.linalg.eigvalsh(covariance)
         if sizes[0] <= FLATTEST * sizes[1]:
             return None
+        # Edgeworth's density: the normal one, of which the nodes are, with the third cumulants as a first correction of
+        # their weights.
         root = np.linalg.cholesky(covariance)
         inverse = np.linalg.inv(root)
         standard = np.einsum("ai,bj,ck,ijk->abc", inverse, inverse, inverse, skewness)
@@ -340,6 +347,7 @@ def _through_a_period(
         before = motion.velocity[i] + faster
         kicks = nodes[:, 2] * np.array([hypot(spread[0], spread[1] * v) for v in before.tolist()])
         after = np.asarray(groups.after(wall, before)) + kicks
+        # A node that comes from the wrong side, or does not leave, is of another impact sequence.
         if (wall * after >= 0).any() or (wall * before <= 0).any():
             return None
         ends = forwards(groups, wall, motion.time[i] + late, after, compiled)

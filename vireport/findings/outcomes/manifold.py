@@ -117,6 +117,8 @@ def stable_manifold(
     if not (np.isreal(values).all() and 0 < contraction < 1 < abs(values[1 - inside])):
         return ()
     direction = vectors[:, inside].real / np.abs(vectors[:, inside]).max()
+    # The eigenvector is the tangent. What the line curves away from it over so short a length shrinks with every period
+    # back, by the multiplier outside the unit circle, as all does that is beside the line.
     distance = BEGINNING * np.linspace(0, 1, FIRST_POINTS)
     offset = np.concatenate([distance, -distance])
     line = _Line(
@@ -146,6 +148,8 @@ def _refined(
     for _ in range(HALVINGS):
         apart, alike, inside = _steps(groups, line, begun, fastest)
         steps = np.maximum(np.abs(np.diff(line.time)), np.abs(np.diff(line.before)))
+        # Two points a flight back on unlike membranes have a break between them, which no number of points closes:
+        # `FINEST` ends the search for it.
         needed = (line.part[1:] == line.part[:-1]) & inside & (~alike | (apart > spacing)) & (steps > FINEST)
         if not needed.any() or len(line.time) > most:
             break
@@ -220,6 +224,7 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> li
             jump = speed - undisturbed_speed
             with np.errstate(divide="ignore", invalid="ignore"):
                 time = low - (position - undisturbed) / jump
+            # Where the flights move alike (jump 0) no time is found, and NaN crosses nothing.
             crosses = (low <= high) & (time >= low) & (time <= high)
             for rows in np.split(np.arange(len(crosses)), np.flatnonzero(np.diff(crosses)) + 1):
                 if crosses[rows[0]] and len(rows) > 1:

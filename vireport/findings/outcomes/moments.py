@@ -45,6 +45,7 @@ def outcomes_by_moment(
         share_of_one = (1 - sum(share for share, _ in outcomes)) / PHASES
     else:
         outcomes, share_of_one = [], 1 / PHASES
+        # A force that rises from nothing lets the ball lie at first, whenever it sets in: all moments are alike.
         phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
         starts = (ramped(groups, float(phase), ramp_periods, compiled) for phase in phases)
     return (*outcomes, *((share_of_one, started(start, groups, targets, ratio, compiled)) for start in starts))

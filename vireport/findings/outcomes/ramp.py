@@ -6,7 +6,7 @@ is continuous, and within a half wave all is the model of the simulation in the 
 
 from __future__ import annotations
 
-from math import ceil, cos, floor, inf, nextafter, pi, sin
+from math import cos, floor, inf, nextafter, pi, sin
 
 import numpy as np
 
@@ -41,6 +41,7 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
         amplitude = min((elapsed + (zero - now) / 2) / (2 * periods), 1.0)
         state = _half_wave(groups, state, amplitude, zero - now, compiled)
         elapsed, now = elapsed + zero - now, zero
+        # From the zero and not from what was added up: rounding would put the next half wave on the wrong side of it.
         state = (*state[:3], (zero % 2) * pi)
     return state
 
@@ -48,12 +49,13 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
 def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: float, compiled: bool) -> State:
     """State after a time [t_c] with a constant amplitude, over that at the end of the ramp."""
     d, gbar, r, harmonics, friction = groups
+    # In units of a smaller amplitude all that does not grow with it is larger: length, gravity, friction, the state.
     rubbing = None if friction is None else friction / amplitude
     groups = Groups(d / amplitude, gbar / amplitude, r, harmonics, rubbing)
     model = check_model(groups)[0]
     wall, position, velocity, phase = state
     start = wall, position / amplitude, velocity / amplitude, phase
-    clock, count = 0.0, ceil(BLOCK)
+    clock, count = 0.0, BLOCK
     while True:
         rows, _ = follow_one(model, start, count, compiled=compiled)
         held = rows[:, SETTLING] + rows[:, RIDING]

@@ -168,12 +168,14 @@ def _first_edge(around: FromRest, near: float, end: float, parts: int, value: fl
 
 def over_sweep(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeRange, ...]:
     """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
+    # Evenly: where outcomes change is not known before. A range narrower than the spacing may be passed over.
     values = np.linspace(min(start, end), max(start, end), ALONG)
     reached = outcomes(values)
     pairs = zip(pairwise(values.tolist()), pairwise(reached), strict=True)
     brackets = [(*ends, before) for ends, (before, after) in pairs if before.kind != after.kind]
     edges = np.array([bracket[:2] for bracket in brackets], dtype=float).reshape(-1, 2)
     kinds = [before.kind for *_, before in brackets]
+    # All edges at once: the outcomes of many values cost hardly more than that of one.
     while len(edges) and (edges[:, 1] - edges[:, 0]).max() > STRIP_EDGE * (values[-1] - values[0]):
         middle = edges.mean(axis=1)
         same = np.array([outcome.kind == kind for outcome, kind in zip(outcomes(middle), kinds, strict=True)])

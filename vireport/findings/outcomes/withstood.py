@@ -172,6 +172,7 @@ def withstood_by(
     design, device = solution.design, solution.device.constant_restitution("what shocks lead to")
     if design is None or not design.motions.stable_mask.any():
         return None
+    # Only 1:1 motions, whatever the sweep: their companions are known from the same equations without following any.
     at = Parameter.LENGTH, device.length_m
     groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
     stable, unstable = stable_and_unstable(design, device)
@@ -181,6 +182,7 @@ def withstood_by(
             shock = least_of(groups, stable, unstable, None if least_m_s is None else least_m_s / unit)
         except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
             unknown = str(error)
+    # A motion that has no jitter counts as the one that spreads most: no spread of another may stand for it.
     spreads: list[Jitter | NoJitter] = []
     if jitter_m_s or jitter_restitution:
         spreads = [jitter(groups, motion, jitter_m_s / unit, jitter_restitution) for motion in stable]
