@@ -111,6 +111,8 @@ def imported_by(*arguments: str) -> set[str]:
 DRAWING = {"matplotlib", "typst", "scipy", "numba", "mpmath", "flint", "rich"}
 HEAVY = DRAWING | {"jinja2"}
 DEFERRED = {
+    "vireport.findings.outcomes.moments",
+    "vireport.findings.outcomes.ramp",
     "vireport.findings.outcomes.windows",
     "vireport.study.judging.requirements",
     "vireport.study.judging.verdict",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import shlex
+import weakref
 from html.parser import HTMLParser
 
 import pytest
@@ -11,8 +13,10 @@ from msgspec.structs import replace
 from pages import tidy
 
 from vireport.figures.pictures import pictures
+from vireport.figures.style import Picture
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
+from vireport.report.templates import fill
 from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.study import Study
 
@@ -52,6 +56,20 @@ def drawn(study_of) -> tuple[Report, str]:
     """A report with figures along a sweep, and its page."""
     report = report_of(study_of("horizontal"))
     return report, render_html(report).decode()
+
+
+class Pictures(dict[str, Picture]):
+    """Those of a report; of a plain dict nobody can tell whether it is still held."""
+
+
+def test_the_figures_of_a_report_are_let_go_with_it(study_of) -> None:
+    study = study_of("inclined")
+    report = Report(study, Pictures(), provenance_of(study.loaded, "vireport run test.yaml"))
+    assert fill(report, None)
+    held = weakref.ref(report.pictures)
+    del report
+    gc.collect()
+    assert held() is None
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Hashable, Iterator, Mapping
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -187,7 +187,6 @@ def _environment(templates: Path | None) -> Environment:
     return environment
 
 
-@lru_cache(maxsize=1)  # one report is set as HTML and as PDF, from the same source
 def fill(report: AnyReport, templates: Path | None) -> str:
     """The Typst source of a report.
 

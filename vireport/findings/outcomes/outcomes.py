@@ -13,7 +13,6 @@ from vireport.base.records import brief
 from vireport.design.solution import Solution
 from vireport.design.switched_on import SwitchedOn, start_and_targets, switched_on
 from vireport.findings.outcomes.keys import DisturbancesBlock
-from vireport.findings.outcomes.moments import RAMPS, outcome_of, outcomes_by_moment, ramp_that_helps
 from vireport.scenario.keys import block_of, value_at
 from vireport.scenario.parameters import Parameter
 
@@ -108,6 +107,8 @@ def switched_on_by(
     windows : bool
         Whether to find how far the outcome stays, around the design point and along the sweep.
     """
+    from vireport.findings.outcomes.moments import RAMPS, outcome_of, outcomes_by_moment, ramp_that_helps
+
     device = solution.device.constant_restitution("what it does when the force sets in at any moment")
     (groups, targets), ratio = start_and_targets(solution), device.period_ratio
     outcomes = outcomes_by_moment(groups, targets, ratio, block.ramp_periods, compiled)
