@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import pytest
 from conftest import EXAMPLES
-from msgspec import convert
+from msgspec import UNSET
 
 from vireport import load
 from vireport.design.solution import solution_of
@@ -27,10 +27,9 @@ def results(**over: object) -> Results:
     given = {path.replace("__", "."): value for path, value in over.items()}
     loaded = load(EXAMPLES / "measured.yaml", KNOWN | given)
     solution = solution_of(Device.of(loaded.scenario), Membrane.of(loaded.scenario), None, True, None)
-    measured = measured_data(measured_of(loaded)) if loaded.scenario.measured else {}
+    measured = measured_data(measured_of(loaded)) if loaded.scenario.measured else UNSET
     settings = loaded.scenario.model_dump(mode="json", by_alias=True)
-    data = {"schema_version": 1, "scenario": settings, **solution_data(solution), "alerts": [], **measured}
-    return convert(data, Results)
+    return Results(schema_version=1, scenario=settings, **solution_data(solution), alerts=[], measured=measured)
 
 
 @pytest.fixture(scope="module")

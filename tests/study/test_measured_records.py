@@ -14,12 +14,13 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import analyse, load
+from vireport.base.encoding import json_text
 from vireport.base.errors import ScenarioError
 from vireport.cli.app import main
 from vireport.design.point import motions_at
 from vireport.physics.device import Device
 from vireport.scenario.parameters import Parameter
-from vireport.study.measured import MeasuredAt, measured_data, measured_of
+from vireport.study.measured import MeasuredAt, measured_data, measured_loops, measured_of
 
 IDENTIFIED = {"device.restitution": None, "device.restitution_bottom": 0.52, "device.restitution_top": 0.47}
 SWEEP = {"parameter": "length_m", "from": 0.6, "to": 0.75}
@@ -41,7 +42,8 @@ def example(**over: object) -> tuple[Device, MeasuredAt]:
 
 
 def data_of(*known: MeasuredAt) -> dict:
-    return json.loads(json.dumps(measured_data(known)))
+    records = {"measured": measured_data(known), "measured_hysteresis": measured_loops(known)}
+    return json.loads(json_text(records))
 
 
 def test_a_slow_sweep_shows_its_hysteresis():

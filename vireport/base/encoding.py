@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from vireport.base.records import plain
+from vireport.base.records import keyed
 
 
 def json_text(value: Any, indent: int | None = None, ascii_only: bool = True) -> str:
@@ -52,7 +52,7 @@ def json_answer(value: Any) -> bytes:
 def _held(value: Any) -> Any:
     """Plain data of what JSON does not know: a record, an enumeration's member, a number or array of NumPy."""
     if isinstance(value, Struct):
-        return plain(value)
+        return keyed(value)
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, str):  # a name that carries more than its letters

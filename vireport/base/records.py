@@ -9,10 +9,20 @@ from __future__ import annotations
 from enum import Enum
 from typing import Any
 
-from msgspec import Struct
+from msgspec import UNSET, Struct
 
 LONGEST_TEXT = 40
 """Characters of a text within a record that its one line shows."""
+
+
+SCALARS = frozenset({float, int, str, bool, type(None)})
+"""Types of values that hold no records: lists of results have thousands of them."""
+
+
+def keyed(record: Struct) -> dict[str, Any]:
+    """The values of a record by their names in files; a key that is unset is absent."""
+    values = zip(record.__struct_encode_fields__, record.__struct_fields__, strict=True)
+    return {key: value for key, name in values if (value := getattr(record, name)) is not UNSET}
 
 
 def plain(value: Any) -> Any:
@@ -21,9 +31,9 @@ def plain(value: Any) -> Any:
     Numbers of NumPy pass as they are, which is why `msgspec.to_builtins` is not used.
     """
     if isinstance(value, Struct):
-        return {name: plain(getattr(value, name)) for name in value.__struct_fields__}
+        return {key: plain(part) for key, part in keyed(value).items()}
     if isinstance(value, tuple | list):
-        return [plain(part) for part in value]
+        return [part if type(part) in SCALARS else plain(part) for part in value]
     if isinstance(value, dict):
         return {key: plain(part) for key, part in value.items()}
     return value

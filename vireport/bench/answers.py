@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vireport.base.errors import UsageError
+from vireport.base.records import plain
 from vireport.bench.controls import values_of
 from vireport.design.margins import margins_of
 from vireport.design.plane import Plane
@@ -83,9 +84,9 @@ def margins_answer(loaded: Loaded) -> dict[str, Any]:
     design = solution_of(Device.of(loaded.scenario), None, None, True, margins=False).design
     assert design is not None
     ends = margins_of(Device.of(loaded.scenario), design.motions)
-    rows = [margin_data(margin) for margin in ends.margins]
+    rows = [plain(margin_data(margin)) for margin in ends.margins]
     return {
-        "margins": [{key: margin[key] for key in margin if key != "label"} for margin in rows],
+        "margins": [{key: value for key, value in margin.items() if key != "label"} for margin in rows],
         "unresolved": list(ends.unresolved),
     }
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct, convert
+from msgspec import Struct
 
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError
@@ -25,7 +25,7 @@ from vireport.report.changes.quantities import QuantityGroup, compared_scenarios
 from vireport.report.changes.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
 from vireport.scenario.blocks import to_dict
 from vireport.study.plan import Task, plan
-from vireport.study.result_records import SCHEMA_VERSION, Results
+from vireport.study.result_records import SCHEMA_VERSION
 from vireport.study.study import Study, analyse
 from vireport.text.foreign import visible
 from vireport.text.formatting import Exactness
@@ -217,7 +217,7 @@ def compare(
         say(WorkStep(f"solving {variant.name}", (number - 1) / len(chosen), f"{number} of {len(chosen)}"))
         studies.append(variant.study or _solved(variant, say))
     scenarios = compared_scenarios(
-        {variant.name: convert(study.to_dict(), Results) for variant, study in zip(chosen, studies, strict=True)}
+        {variant.name: study.results() for variant, study in zip(chosen, studies, strict=True)}
     )
     axes = axes_of(scenarios.values(), NO_DIFFERENCE)
     rows = comparison_rows(scenarios, axes, exactness=_exactness(studies))

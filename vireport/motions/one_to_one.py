@@ -15,6 +15,7 @@ from vireport.motions.orbits import Orbits
 from vireport.motions.stability import (
     STABILITIES,
     UNSTABLE,
+    Stability,
     classify,
     determinant_of,
     discriminant,
@@ -128,9 +129,9 @@ class Motions(Struct, frozen=True, eq=False):
         return Motion(Word((1, -1), n), velocity, np.array([start, start + up]), float(self.sweep_value[row]))
 
     @property
-    def words(self) -> list[str]:
+    def words(self) -> list[Stability]:
         """Table 1's type of each motion, in its words."""
-        return [STABILITIES[code].value for code in self.stability]
+        return [STABILITIES[code] for code in self.stability]
 
     @property
     def stable_mask(self) -> NDArray[np.bool_]:

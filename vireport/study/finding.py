@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from vireport.study.judging.requirements import Requirement
     from vireport.study.judging.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
+    from vireport.study.result_records import DisturbancesData
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
 
@@ -82,8 +83,8 @@ class AddedFinding(Generic[Found]):
         """Its keys of results.json, null where nothing was found."""
         return {}
 
-    def results_within(self, block: Mapping[str, Any], result: Found | None) -> Mapping[str, Any]:
-        """The block of results.json that it extends, with its keys there."""
+    def results_within(self, block: DisturbancesData, result: Found | None) -> DisturbancesData:
+        """The block of results.json that it extends, with its keys in their places there."""
         return block
 
     def requirements(self) -> Iterable[Requirement]:

@@ -29,6 +29,7 @@ from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import Attractor, find_attractor
 from vireport.simulation.cycles import SimulatedMotion
 from vireport.simulation.events import Impact
+from vireport.study.result_records import MeasuredData, MeasuredHysteresis, MeasuredImpact
 
 Floats = NDArray[np.float64]
 
@@ -391,10 +392,14 @@ def _multipliers(device: Device, motion: MeasuredMotion) -> Multipliers:
     return Multipliers(float(value[0]), float(errors[0]), float(value[1]), float(errors[1]), float(value[2]))
 
 
-def measured_data(records: tuple[MeasuredAt, ...]) -> dict[str, Any]:
+def measured_data(records: tuple[MeasuredAt, ...]) -> list[MeasuredData]:
     """What was measured, as results.json has it."""
-    loops = [{"sweep_value": at.value, "up": at.up, "down": at.down} for at in hysteresis(records)]
-    return {"measured": [_data(at) for at in records], "measured_hysteresis": loops}
+    return [_data(at) for at in records]
+
+
+def measured_loops(records: tuple[MeasuredAt, ...]) -> list[MeasuredHysteresis]:
+    """The values at which the measured motion depended on the direction, as results.json has them."""
+    return [MeasuredHysteresis(sweep_value=at.value, up=at.up, down=at.down) for at in hysteresis(records)]
 
 
 NAMES = {
@@ -408,44 +413,45 @@ NAMES = {
 """Of quantities in results.json."""
 
 
-def _data(at: MeasuredAt) -> dict[str, Any]:
+def _data(at: MeasuredAt) -> MeasuredData:
     from vireport.text.templates import Words
 
     measured_motion, motion = at.shown, at.motion
-    data: dict[str, Any] = {
-        "file": at.file,
-        "sha256": at.sha256,
-        "sweep_value": at.value,
-        "direction": None if at.direction is Approach.NONE else at.direction,
-        "from_s": at.from_s,
-        "to_s": at.to_s,
-        "rows": at.impacts,
-        "clock_referenced": at.referenced,
-        "reason": None if motion is not None else Words("measured")("reason", at),
-        "timing_error_s": measured_motion.timing_error_s if measured_motion else None,
-        "missed": measured_motion.missed if measured_motion else None,
-        "false": measured_motion.false if measured_motion else None,
-        "word": motion.word.letters if motion else None,
-        "periods": motion.word.periods if motion else None,
-        "computed_motion": at.computed.name if at.computed else None,
-        "largest_difference": at.largest_difference,
-        "settled_from_s": motion.from_s if motion else None,
-        "averaged": motion.impacts if motion else None,
-        "impacts": [],
-        "trace": at.multipliers.trace if at.multipliers else None,
-        "trace_standard_error": at.multipliers.trace_error if at.multipliers else None,
-    }
-    if motion is None:
-        return data
-    errors, computed = motion.errors, at.computed
-    for k, wall in enumerate(motion.word.walls):
-        impact: dict[str, Any] = {"membrane": "bottom" if wall > 0 else "top"}
-        for quantity, name in NAMES.items():
-            impact[name] = float(motion.values[quantity, k])
-            impact[f"{name}_standard_error"] = float(errors[quantity, k])
-            values, off = (computed.values, computed.differences) if computed else (None, None)
-            impact[f"{name}_computed"] = None if values is None else float(values[quantity, k])
-            difference = None if off is None else float(off[quantity, k])
-            impact[f"{name}_difference"] = difference if difference is not None and np.isfinite(difference) else None
-        data["impacts"].append(impact)
-    return data
+    return MeasuredData(
+        file=at.file,
+        sha256=at.sha256,
+        sweep_value=at.value,
+        direction=None if at.direction is Approach.NONE else at.direction,
+        from_s=at.from_s,
+        to_s=at.to_s,
+        rows=at.impacts,
+        clock_referenced=at.referenced,
+        reason=None if motion is not None else Words("measured")("reason", at),
+        timing_error_s=measured_motion.timing_error_s if measured_motion else None,
+        missed=measured_motion.missed if measured_motion else None,
+        false=measured_motion.false if measured_motion else None,
+        word=motion.word.letters if motion else None,
+        periods=motion.word.periods if motion else None,
+        computed_motion=at.computed.name if at.computed else None,
+        largest_difference=at.largest_difference,
+        settled_from_s=motion.from_s if motion else None,
+        averaged=motion.impacts if motion else None,
+        impacts=[] if motion is None else [_impact(at, motion, k) for k in range(len(motion.word.walls))],
+        trace=at.multipliers.trace if at.multipliers else None,
+        trace_standard_error=at.multipliers.trace_error if at.multipliers else None,
+    )
+
+
+def _impact(at: MeasuredAt, motion: MeasuredMotion, k: int) -> MeasuredImpact:
+    """One impact of a measured motion."""
+    values, off = (at.computed.values, at.computed.differences) if at.computed else (None, None)
+    numbers: dict[str, Any] = {}
+    for quantity, name in NAMES.items():
+        difference = None if off is None else float(off[quantity, k])
+        numbers |= {
+            name: float(motion.values[quantity, k]),
+            f"{name}_standard_error": float(motion.errors[quantity, k]),
+            f"{name}_computed": None if values is None else float(values[quantity, k]),
+            f"{name}_difference": difference if difference is not None and np.isfinite(difference) else None,
+        }
+    return MeasuredImpact(membrane="bottom" if motion.word.walls[k] > 0 else "top", **numbers)

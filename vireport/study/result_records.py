@@ -10,13 +10,16 @@ from typing import Any, ClassVar
 
 from msgspec import UNSET, Struct, UnsetType, field
 
-from vireport.base.records import brief
+from vireport.base.records import brief, keyed
 from vireport.motions.events import Event
 from vireport.motions.stability import Stability
 from vireport.scenario.blocks import CapsuleMotion
 from vireport.scenario.parameters import DesignInput, Parameter
 
 SCHEMA_VERSION = 1
+
+ADDED = "*"
+"""Stands for the keys of additions to a study among those of `Results`."""
 
 Numbers = list[float]
 SomeNumbers = list[float | None]
@@ -366,9 +369,9 @@ class LoopData(ResultsBlock, frozen=True, kw_only=True):
 class CoexistingData(KindOfMotion, frozen=True, kw_only=True):
     """A kind of motion, and the ranges in which it was found, by what found it."""
 
-    starts: list[list[float]] = []
     up: list[list[float]] = []
     down: list[list[float]] = []
+    starts: list[list[float]] = []
     families: list[list[float]] = []
 
 
@@ -850,10 +853,17 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
     own_stiffness: OwnStiffnessData | None = None
     effects: EffectsData | None = None
     margin_to_use: MarginToUseData | None = None
-    added: dict[str, Any] = field(default_factory=dict, name="*")
+    added: dict[str, Any] = field(default_factory=dict, name=ADDED)
     requirements: RequirementsData | None = None
     disturbances: DisturbancesData | None = None
     measured: list[MeasuredData] | UnsetType = UNSET
     measured_hysteresis: list[MeasuredHysteresis] | UnsetType = UNSET
     alerts: list[AlertData]
     left_out: list[LeftOutData] = []
+
+    def blocks(self) -> dict[str, Any]:
+        """Its blocks by their keys, those of additions in their place."""
+        blocks: dict[str, Any] = {}
+        for key, block in keyed(self).items():
+            blocks |= block if key == ADDED else {key: block}
+        return blocks

@@ -1,4 +1,4 @@
-"""Results for machines: the parts of results.json, and branches.csv, by the names that scripts rely on.
+"""Results for machines: the records of results.json, and branches.csv, by the names that scripts rely on.
 
 Numbers are written so that they read back exactly. There is no NaN and no Infinity: what was not computed is null,
 and `left_out` says why.
@@ -14,6 +14,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from msgspec.structs import asdict, replace
 
 from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
@@ -35,10 +36,51 @@ from vireport.physics.groups import Groups, Restitutions
 from vireport.study.families import family_rows
 from vireport.study.judging.stretch import STATED_FIELD_V_M
 from vireport.study.provenance import Provenance
-from vireport.study.result_records import SCHEMA_VERSION
+from vireport.study.result_records import (
+    SCHEMA_VERSION,
+    BasinShares,
+    BranchData,
+    CoexistingData,
+    CompliantEndData,
+    CompliantMotionData,
+    CountedMotion,
+    CourseData,
+    CriticalPointData,
+    DesignData,
+    DistortionData,
+    DisturbancesData,
+    EffectRow,
+    EffectsData,
+    EndBeyondSweep,
+    FittingData,
+    FollowData,
+    FollowedData,
+    FollowedRange,
+    FromRestData,
+    HarmonicSlopes,
+    JumpData,
+    KindOfMotion,
+    LoopData,
+    MarginData,
+    MissData,
+    MultipliersData,
+    OneToOneData,
+    OutcomeRangeData,
+    OwnStiffnessData,
+    SampleData,
+    ShakerData,
+    SimulationData,
+    StableRangeData,
+    StageData,
+    StartEnd,
+    StretchData,
+    TableRowData,
+    VertexData,
+)
 from vireport.text.foreign import inert_cell
 
 if TYPE_CHECKING:
+    from vireport.design.compliant.own_stiffness import OwnStiffness
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
     from vireport.design.switched_on import SwitchedOn
@@ -58,7 +100,7 @@ DIFFERENCE = 2e-15
 
 
 def solution_data(solution: Solution, no_distortion: str | None = None) -> dict[str, Any]:
-    """What the analytic theory says: branches, critical points, design point, ranges and Table 1.
+    """What the analytic theory says, by the names of `Results`: branches, points, design point, ranges and Table 1.
 
     Parameters
     ----------
@@ -72,7 +114,7 @@ def solution_data(solution: Solution, no_distortion: str | None = None) -> dict[
         "critical_points": [_critical(point) for point in solution.critical_points],
         "design_point": _design(solution.design, solution.bounds.design, no_distortion),
         "stable_range": [
-            {**_range(part, SWEEP_END), **_continued(beyond)}
+            replace(_range(part, SWEEP_END), **_continued(beyond))
             for part, beyond in zip(solution.stable_ranges, solution.beyond, strict=True)
         ],
         "shaker": _shaker(solution.shaker),
@@ -174,49 +216,48 @@ def _columns(record: Any, names: Iterable[str]) -> dict[str, list[Any]]:
     return {COLUMNS.get(name, name): getattr(record, name).tolist() for name in names}
 
 
-def motion_columns(motions: Motions, voltages: Voltages | None) -> dict[str, list[Any]]:
+def motion_columns(motions: Motions, voltages: Voltages | None) -> dict[str, Any]:
     """What is known of 1:1 motions and of their voltages, by the names of results.json."""
     numbers, types = _columns(motions, DIMENSIONLESS), {"stability": motions.words}
     gained = {} if voltages is None else _columns(voltages, voltages.__struct_fields__)
     return {**numbers, **types, **_columns(motions, ("admissible_mask", "wall_gap")), **gained}
 
 
-def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, list[bool]]:
+def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, Any]:
     """Where `admissible` is open: the gap is zero to rounding, as it is at a grazing point itself."""
     return {"admissible_undecided": undecided(motions, bounds).tolist()}
 
 
-def _conversion(conversion: Conversion | None) -> dict[str, list[float | None]]:
+def _conversion(conversion: Conversion | None) -> dict[str, Any]:
     """What motions convert; null beyond the range of doubles."""
     columns = {} if conversion is None else plain(conversion)
     return {name: [x if isfinite(x) else None for x in column.tolist()] for name, column in columns.items()}
 
 
-def _fitting(fitting: Fitting | None) -> dict[str, float | None] | None:
+def _fitting(fitting: Fitting | None) -> FittingData | None:
     if fitting is None:
         return None
-    return {
-        "ball_mass_at_most_kg": fitting.ball_mass_kg,
-        "stiffness_at_least": fitting.stiffness,
-        "active_radius_at_least_m": fitting.active_radius_m,
-    }
+    return FittingData(
+        ball_mass_at_most_kg=fitting.ball_mass_kg,
+        stiffness_at_least=fitting.stiffness,
+        active_radius_at_least_m=fitting.active_radius_m,
+    )
 
 
-def _stretch(solution: Solution) -> dict[str, float | None] | None:
+def _stretch(solution: Solution) -> StretchData | None:
     """How far the deepest impact of the stable motions stretches a membrane; null beyond the range of doubles."""
     stretch, membrane = solution.stretch, solution.membrane
     if stretch is None or membrane is None:
         return None
     field = STATED_FIELD_V_M if membrane.dielectric is None else membrane.dielectric.breakdown_field_v_m
-    numbers = {
-        "deflection_m": stretch.depth_m,
-        "deflection_over_radius": stretch.depth_ratio,
-        "area_ratio": stretch.area_ratio,
-        "u_imp_v": stretch.peak_v,
-        "thickness_needed_m": stretch.thickness_at(field),
-        "at_field_v_m": field,
-    }
-    return {name: number if isfinite(number) else None for name, number in numbers.items()}
+    return StretchData(
+        deflection_m=finite(stretch.depth_m),
+        deflection_over_radius=finite(stretch.depth_ratio),
+        area_ratio=finite(stretch.area_ratio),
+        u_imp_v=finite(stretch.peak_v),
+        thickness_needed_m=finite(stretch.thickness_at(field)),
+        at_field_v_m=finite(field),
+    )
 
 
 def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
@@ -258,27 +299,27 @@ def _of_branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, list[Any]]:
     return _of_each(branch.motions, branch.voltages_by_motion, labels, bounds)
 
 
-def _branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "number": branch.number,
-        "family": branch.symmetry,
-        "mirror_of": branch.mirror_of,
-        "ends": [_end_of_branch(end) for end in branch.family.ends],
+def _branch(branch: Branch, bounds: dict[str, Any]) -> BranchData:
+    return BranchData(
+        number=branch.number,
+        family=branch.symmetry,
+        mirror_of=branch.mirror_of,
+        ends=[_end_of_branch(end) for end in branch.family.ends],
         **_of_branch(branch, bounds),
-        "error_bounds": _bounds(bounds),
-    }
+        error_bounds=_bounds(bounds),
+    )
 
 
-def _one_to_one(point: Point) -> dict[str, Any]:
+def _one_to_one(point: Point) -> OneToOneData:
     """The 1:1 motion of a critical point, with its error bounds."""
     closed = point.closed
-    return {
-        "q": 0.5 + closed.u,
-        "phi_bottom_rad": closed.phi_bottom,
-        "velocity_bottom": closed.velocity_bottom,
-        "velocity_top": closed.velocity_top,
-        "error_bounds": _point_bounds(point),
-    }
+    return OneToOneData(
+        q=0.5 + closed.u,
+        phi_bottom_rad=closed.phi_bottom,
+        velocity_bottom=closed.velocity_bottom,
+        velocity_top=closed.velocity_top,
+        error_bounds=_point_bounds(point),
+    )
 
 
 def _point_bounds(point: Point) -> dict[str, Any]:
@@ -289,43 +330,41 @@ def _point_bounds(point: Point) -> dict[str, Any]:
     return {"sweep_value": point.error_bound, "q": q, **phi, **exact}
 
 
-def _critical(point: Point) -> dict[str, Any]:
-    return {
-        "label": point.label,
-        "kind": point.event,
-        "family": point.symmetry,
-        "sweep_value": point.sweep_value,
-        "error_bound": point.error_bound,
-        "d": point.d,
-        "gbar": point.gbar,
-        **_one_to_one(point),
-        "phi_top_rad": point.closed.phi_top,
-        "mirror": None if point.mirror is None else _one_to_one(point.mirror),
-        "branch": point.families[0],
-        "detail": point.detail,
-    }
+def _critical(point: Point) -> CriticalPointData:
+    return CriticalPointData(
+        label=point.label,
+        kind=point.event,
+        family=point.symmetry,
+        sweep_value=point.sweep_value,
+        error_bound=point.error_bound,
+        d=point.d,
+        gbar=point.gbar,
+        **asdict(_one_to_one(point)),
+        phi_top_rad=point.closed.phi_top,
+        mirror=None if point.mirror is None else _one_to_one(point.mirror),
+        branch=point.families[0],
+        detail=point.detail,
+    )
 
 
-def _design(
-    design: DesignPoint | None, bounds: dict[str, Any] | None, no_distortion: str | None
-) -> dict[str, Any] | None:
+def _design(design: DesignPoint | None, bounds: dict[str, Any] | None, no_distortion: str | None) -> DesignData | None:
     if design is None or bounds is None:
         return None
-    return {
-        "parameter": design.parameter,
-        "value": design.value,
-        "family": list(design.families),
+    return DesignData(
+        parameter=design.parameter,
+        value=design.value,
+        family=list(design.families),
         **motion_columns(design.motions, design.voltages_by_motion),
         **_conversion(design.conversion_by_motion),
         **_undecided(design.motions, bounds),
-        "error_bounds": _bounds(bounds),
-        "margins": [margin_data(margin) for margin in design.margins],
-        "margins_unresolved": list(design.unresolved_inputs),
-        "stable_range": [_range(part, LIMIT_OF_INPUT) for part in design.stable_ranges],
-        "distortion": None if design.distortions is None else [_distortion(each) for each in design.distortions],
-        "distortion_reason": no_distortion,
+        error_bounds=_bounds(bounds),
+        margins=[margin_data(margin) for margin in design.margins],
+        margins_unresolved=list(design.unresolved_inputs),
+        stable_range=[_range(part, LIMIT_OF_INPUT) for part in design.stable_ranges],
+        distortion=None if design.distortions is None else [_distortion(each) for each in design.distortions],
+        distortion_reason=no_distortion,
         **_by_law(design),
-    }
+    )
 
 
 def _by_law(design: DesignPoint) -> dict[str, Any]:
@@ -337,39 +376,39 @@ def _by_law(design: DesignPoint) -> dict[str, Any]:
     return {**restitutions, "claim": Claim.FOLLOWED, "not_followed": design.lost}
 
 
-def _distortion(distortion: Distortion) -> dict[str, Any]:
+def _distortion(distortion: Distortion) -> DistortionData:
     limited = distortion.share is not None
-    return {
-        "order": distortion.order,
-        "percent": None if distortion.share is None else 100 * distortion.share,
-        "phase_deg": distortion.phase_deg if limited else None,
-        "kind": distortion.event,
-        "error_bound_percent": None if distortion.error_bound is None else 100 * distortion.error_bound,
-        "searched_to_percent": 100 * distortion.searched_to,
-    }
+    return DistortionData(
+        order=distortion.order,
+        percent=None if distortion.share is None else 100 * distortion.share,
+        phase_deg=distortion.phase_deg if limited else None,
+        kind=distortion.event,
+        error_bound_percent=None if distortion.error_bound is None else 100 * distortion.error_bound,
+        searched_to_percent=100 * distortion.searched_to,
+    )
 
 
-def margin_data(margin: Margin) -> dict[str, Any]:
+def margin_data(margin: Margin) -> MarginData:
     """A margin of the design point, by the names of results.json."""
-    return {
-        "parameter": margin.parameter,
-        "label": margin.label,
-        "kind": margin.event,
-        "family": margin.point.symmetry,
-        "sweep_value": margin.sweep_value,
-        "distance": margin.distance,
-        "relative": margin.relative,
-        "unit": margin.parameter.unit,
-        "percent": None if margin.relative is None else 100 * margin.relative,
-        "ends_stability": margin.ends_stability,
-        "taken_over": margin.taken_over,
-        "error_bound": margin.error_bound,
-        "derivatives": dict(margin.derivatives),
-        "derivatives_by_harmonic": {
-            str(order): None if slopes is None else {"cosine": slopes[0] / 100, "sine": slopes[1] / 100}
+    return MarginData(
+        parameter=margin.parameter,
+        label=margin.label,
+        kind=margin.event,
+        family=margin.point.symmetry,
+        sweep_value=margin.sweep_value,
+        distance=margin.distance,
+        relative=margin.relative,
+        unit=margin.parameter.unit,
+        percent=None if margin.relative is None else 100 * margin.relative,
+        ends_stability=margin.ends_stability,
+        taken_over=margin.taken_over,
+        error_bound=margin.error_bound,
+        derivatives={str(varied): slope for varied, slope in margin.derivatives.items()},
+        derivatives_by_harmonic={
+            str(order): None if slopes is None else HarmonicSlopes(cosine=slopes[0] / 100, sine=slopes[1] / 100)
             for order, slopes in margin.by_harmonics.items()
         },
-    }
+    )
 
 
 def shaker_finding_data(doubt: ShakerFinding) -> dict[str, Any]:
@@ -384,89 +423,140 @@ def shaker_finding_data(doubt: ShakerFinding) -> dict[str, Any]:
             return data | {"recorded_m_s2": doubt.recorded, "scenario_m_s2": doubt.stated}
 
 
-def switched_on_data(switched: SwitchedOn) -> dict[str, Any]:
+def switched_on_data(switched: SwitchedOn) -> DisturbancesData:
     """What the device does when it is switched on, and how fast it recovers; null is what was not computed."""
     end, recovery = switched.from_rest, switched.recovery
-    from_rest = {
-        "outcome": None if end is None else end.destination,
-        "word": None if end is None else end.word or None,
-        "periods": None if end is None else end.periods or None,
-        "reason": None if end is None or end.decided else end.name,
-        "settles_after_periods": None if end is None else end.settles_after,
-        "ramp_periods": switched.ramp_periods,
-        "motion": switched.reached and _followed(switched.reached),
-        "along_sweep": [
-            {"from": part.start, "to": part.end, "outcome": part.outcome.destination}
-            | {"word": part.outcome.word or None, "periods": part.outcome.periods or None}
+    from_rest = FromRestData(
+        outcome=None if end is None else end.destination,
+        word=None if end is None else end.word or None,
+        periods=None if end is None else end.periods or None,
+        reason=None if end is None or end.decided else end.name,
+        settles_after_periods=None if end is None else end.settles_after,
+        ramp_periods=switched.ramp_periods,
+        motion=None if switched.reached is None else _followed(switched.reached),
+        along_sweep=[
+            OutcomeRangeData(
+                from_=part.start,
+                to=part.end,
+                outcome=part.outcome.destination,
+                word=part.outcome.word or None,
+                periods=part.outcome.periods or None,
+            )
             for part in (*switched.over_sweep, *switched.sampled)
         ],
-    }
-    return {
-        "from_rest": from_rest,
-        "found_by_starts": [_followed(motion) for motion in switched.by_starts],
-        "recovery_periods": recovery and recovery.periods,
-        "recovery_s": recovery and recovery.seconds,
-        "recovery_error_bound_periods": recovery and recovery.error_bound,
-        "recovery_reason": switched.no_recovery,
-    }
+    )
+    return DisturbancesData(
+        from_rest=from_rest,
+        found_by_starts=[_followed(motion) for motion in switched.by_starts],
+        recovery_periods=None if recovery is None else recovery.periods,
+        recovery_s=None if recovery is None else recovery.seconds,
+        recovery_error_bound_periods=None if recovery is None else recovery.error_bound,
+        recovery_reason=switched.no_recovery,
+    )
 
 
-def _followed(followed: FollowedMotion) -> dict[str, Any]:
+def _followed(followed: FollowedMotion) -> FollowedData:
     """A stable motion of any word, by the names of the families, and how far it is one."""
-    motion, ends = followed.motion, (followed.low, followed.high, followed.below, followed.above)
-    return {
-        "word": motion.word.letters,
-        "ratio": motion.word.ratio,
-        "periods": motion.word.periods,
-        "stability": followed.stability,
-        "velocity": motion.velocity.tolist(),
-        "phase_rad": motion.phase.tolist(),
-        "time": motion.time.tolist(),
-        "trace": followed.trace,
-        "multipliers": {
-            "real": [each.real for each in followed.multipliers],
-            "imaginary": [each.imag for each in followed.multipliers],
-        },
-        "error_bounds": {
-            name: rounded_up(bound[None])[0]
-            for name, bound in (
-                ("velocity", followed.velocity_error),
-                ("phase_rad", followed.phase_error),
-                ("time", followed.time_error),
-            )
-        },
-        "stable_range": {"parameter": followed.varied}
-        | dict(zip(("from", "to", "from_reason", "to_reason"), ends, strict=True)),
+    motion = followed.motion
+    errors = {
+        "velocity": followed.velocity_error,
+        "phase_rad": followed.phase_error,
+        "time": followed.time_error,
     }
+    return FollowedData(
+        word=motion.word.letters,
+        ratio=motion.word.ratio,
+        periods=motion.word.periods,
+        stability=followed.stability,
+        velocity=motion.velocity.tolist(),
+        phase_rad=motion.phase.tolist(),
+        time=motion.time.tolist(),
+        trace=followed.trace,
+        multipliers=MultipliersData(
+            real=[each.real for each in followed.multipliers],
+            imaginary=[each.imag for each in followed.multipliers],
+        ),
+        error_bounds={name: rounded_up(bound[None])[0] for name, bound in errors.items()},
+        stable_range=FollowedRange(
+            parameter=followed.varied,
+            from_=followed.low,
+            to=followed.high,
+            from_reason=followed.below,
+            to_reason=followed.above,
+        ),
+    )
 
 
-def effects_data(shifts: Shifts) -> dict[str, Any]:
+def effects_data(shifts: Shifts) -> EffectsData:
     """Where the nearest end of stable motion would be with what the model leaves out."""
     end = shifts.end
-    return {
-        "parameter": end and end.parameter,
-        "label": end and end.label,
-        "kind": end and end.event,
-        "sweep_value": end and end.sweep_value,
-        "relative": end and end.relative,
-        "reason": shifts.absence,
-        "rows": [
-            {
-                "effect": shift.effect.left_out,
-                "change": shift.effect.size or None,
-                "speed_m_s": shift.effect.speed_m_s,
-                "sweep_value": shift.value,
-                "kind": shift.event,
-                "moved": shift.moved,
-                "moved_relative": shift.relative,
-                "margin_left": shift.left,
-                "least_margin": None if shift.least is None else finite(shift.least),
-                "stable": shift.stable if shift.computed else None,
-                "reason": shift.absence,
-            }
+    return EffectsData(
+        parameter=None if end is None else end.parameter,
+        label=None if end is None else end.label,
+        kind=None if end is None else end.event,
+        sweep_value=None if end is None else end.sweep_value,
+        relative=None if end is None else end.relative,
+        reason=shifts.absence,
+        rows=[
+            EffectRow(
+                effect=shift.effect.left_out,
+                change=shift.effect.size or None,
+                speed_m_s=shift.effect.speed_m_s,
+                sweep_value=shift.value,
+                kind=shift.event,
+                moved=shift.moved,
+                moved_relative=shift.relative,
+                margin_left=shift.left,
+                least_margin=finite(shift.least),
+                stable=shift.stable if shift.computed else None,
+                reason=shift.absence,
+            )
             for shift in shifts.rows
         ],
-    }
+    )
+
+
+def own_stiffness_data(answer: OwnStiffness) -> OwnStiffnessData:
+    """The compliant motion and its ends."""
+    motion = answer.motion
+    return OwnStiffnessData(
+        parameter=answer.rigid.parameter,
+        value=answer.rigid.value,
+        at_design_point=answer.at_design,
+        margin_gone=answer.margin_gone,
+        motion=None
+        if motion is None
+        else CompliantMotionData(
+            velocity_bottom=motion.bottom.velocity,
+            velocity_top=motion.top.velocity,
+            phi_bottom_rad=motion.bottom.phase,
+            phi_top_rad=motion.top.phase,
+            contact_share=motion.contact_share,
+            trace=motion.trace,
+            determinant=motion.determinant,
+            stable=motion.stable,
+            error_estimate=motion.error,
+        ),
+        missing=None if answer.absence is None else answer.absence.missing,
+        reason=None if answer.absence is None else answer.absence.reason,
+        ends=[
+            CompliantEndData(
+                parameter=end.parameter,
+                label=end.point.label or None,
+                kind=end.point.event,
+                of_sweep=end.swept,
+                design_value=end.design_value,
+                rigid=end.rigid,
+                compliant=end.compliant,
+                error_estimate=None if end.compliant is None else end.error,
+                missing=None if end.absence is None else end.absence.missing,
+                reason=None if end.absence is None else end.absence.reason,
+                rigid_margin=end.rigid_margin,
+                compliant_margin=end.compliant_margin,
+            )
+            for end in answer.ends
+        ],
+    )
 
 
 def finite(value: float | None) -> float | None:
@@ -474,33 +564,33 @@ def finite(value: float | None) -> float | None:
     return value if value is not None and isfinite(value) else None
 
 
-def _shaker(shaker: Shaker) -> dict[str, float]:
-    of_it = {
-        "acceleration_amplitude_g": shaker.acceleration_g,
-        "acceleration_amplitude_m_s2": shaker.acceleration_m_s2,
-        "velocity_amplitude_m_s": shaker.velocity_m_s,
-        "stroke_m": shaker.stroke_m,
-        "force_amplitude_n": shaker.force_n,
-    }
-    return {name: float(value) for name, value in of_it.items()}  # of a free capsule some are NumPy's
+def _shaker(shaker: Shaker) -> ShakerData:
+    # Of a free capsule some of the numbers are NumPy's.
+    return ShakerData(
+        acceleration_amplitude_g=float(shaker.acceleration_g),
+        acceleration_amplitude_m_s2=float(shaker.acceleration_m_s2),
+        velocity_amplitude_m_s=float(shaker.velocity_m_s),
+        stroke_m=float(shaker.stroke_m),
+        force_amplitude_n=float(shaker.force_n),
+    )
 
 
 LIMIT_OF_INPUT = "limit of the input"
 """What ends the range of an input that no critical point ends."""
 
 
-def _range(part: StableInterval, otherwise: str) -> dict[str, Any]:
+def _range(part: StableInterval, otherwise: str) -> StableRangeData:
     """A stable range; `otherwise` is what ends it where no critical point does."""
-    return {
-        "parameter": part.parameter,
-        "from": part.start,
-        "to": part.end,
-        "from_reason": _reason(part.start_point, otherwise),
-        "to_reason": _reason(part.end_point, otherwise),
-        "from_error_bound": part.start_point.error_bound if part.start_point else 0.0,
-        "to_error_bound": part.end_point.error_bound if part.end_point else 0.0,
-        "settable": part.settable,
-    }
+    return StableRangeData(
+        parameter=part.parameter,
+        from_=part.start,
+        to=part.end,
+        from_reason=_reason(part.start_point, otherwise),
+        to_reason=_reason(part.end_point, otherwise),
+        from_error_bound=part.start_point.error_bound if part.start_point else 0.0,
+        to_error_bound=part.end_point.error_bound if part.end_point else 0.0,
+        settable=part.settable,
+    )
 
 
 def _reason(point: Point | None, otherwise: str) -> str:
@@ -508,40 +598,40 @@ def _reason(point: Point | None, otherwise: str) -> str:
     return otherwise if point is None else point.label or point.event.words
 
 
-def _continued(beyond: tuple[Point | None, ...]) -> dict[str, Any]:
+def _continued(beyond: tuple[Point | None, ...]) -> dict[str, EndBeyondSweep | None]:
     """Where a stable range would end if the sweep went on; null where it ends within it, or nowhere."""
     return {
         f"{end}_beyond_sweep": None
         if point is None
-        else {
-            "sweep_value": point.sweep_value,
-            "kind": point.event,
-            "d": point.d,
-            "gbar": point.gbar,
-            "error_bound": point.error_bound,
-        }
+        else EndBeyondSweep(
+            sweep_value=point.sweep_value,
+            kind=point.event,
+            d=point.d,
+            gbar=point.gbar,
+            error_bound=point.error_bound,
+        )
         for end, point in zip(("from", "to"), beyond, strict=True)
     }
 
 
-def _table_row(row: TableRow, bounds: dict[str, Any]) -> dict[str, Any]:
+def _table_row(row: TableRow, bounds: dict[str, Any]) -> TableRowData:
     """A row of Table 1, its ends with the bounds they have on their branch."""
     ends = {"start": row.first_row, "end": row.last_row}
     names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
     errors = rounded_up(np.array([[bounds[key][i] for i in ends.values() for _, key in DIRECTIONS]]))
-    return {
-        "family": row.symmetry,
-        "branch": row.branch,
-        "start_label": row.start_point.label if row.start_point else "",
-        "end_label": row.end_point.label if row.end_point else "",
-        "criteria": row.criteria,
-        "stability": row.stability,
-        "d_start": row.d_start,
-        "d_end": row.d_end,
-        "sweep_start": row.sweep_start,
-        "sweep_end": row.sweep_end,
-        "error_bounds": dict(zip(names, errors[0], strict=True)),
-    }
+    return TableRowData(
+        family=row.symmetry,
+        branch=row.branch,
+        start_label=row.start_point.label if row.start_point else "",
+        end_label=row.end_point.label if row.end_point else "",
+        criteria=row.criteria,
+        stability=row.stability,
+        d_start=row.d_start,
+        d_end=row.d_end,
+        sweep_start=row.sweep_start,
+        sweep_end=row.sweep_end,
+        error_bounds=dict(zip(names, errors[0], strict=True)),
+    )
 
 
 DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
@@ -550,112 +640,116 @@ DIRECTIONS = (("d", "d"), ("sweep", "sweep_value"))
 
 def simulation_data(
     check: CrossCheck, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Point | None]
-) -> dict[str, Any]:
+) -> SimulationData:
     """What the simulation found, with the motions that coexist and the point at which the one before a jump ends."""
     share = check.share
-    return {
-        "passed": check.passed,
-        "orbits_checked": check.orbits,
-        "velocity_difference": check.velocity_difference,
-        "phase_difference_rad": check.phase_difference,
-        "error_bounds": {"velocity_difference": DIFFERENCE, "phase_difference_rad": DIFFERENCE},
-        "tolerance": check.tolerance,
-        "misses": [plain(miss) for miss in check.misses],
-        "basin": None
+    return SimulationData(
+        passed=check.passed,
+        orbits_checked=check.orbits,
+        velocity_difference=check.velocity_difference,
+        phase_difference_rad=check.phase_difference,
+        error_bounds={"velocity_difference": DIFFERENCE, "phase_difference_rad": DIFFERENCE},
+        tolerance=check.tolerance,
+        misses=[MissData(sweep_value=miss.sweep_value, outcome=miss.outcome) for miss in check.misses],
+        basin=None
         if share is None
-        else {
-            "trials": check.trials,
-            "reached": check.reached,
-            "share": share[0],
-            "low_95": share[1],
-            "high_95": share[2],
-            "elsewhere": [_motion_count(motion) for motion in check.elsewhere],
-        },
-        "motions": [_motion_count(motion) for motion in check.motions],
-        "samples": [
-            {
-                "sweep_value": float(value),
-                "d": float(check.groups.d[i]),
-                "start_velocity_at_most": float(speed),
-                "ends": [_end(attractor, check.groups.map_numbers(itemgetter(i)).as_floats()) for attractor in ends],
-            }
+        else BasinShares(
+            trials=check.trials,
+            reached=check.reached,
+            share=share[0],
+            low_95=share[1],
+            high_95=share[2],
+            elsewhere=[_motion_count(motion) for motion in check.elsewhere],
+        ),
+        motions=[_motion_count(motion) for motion in check.motions],
+        samples=[
+            SampleData(
+                sweep_value=float(value),
+                d=float(check.groups.d[i]),
+                start_velocity_at_most=float(speed),
+                ends=[_end(attractor, check.groups.map_numbers(itemgetter(i)).as_floats()) for attractor in ends],
+            )
             for i, (value, speed, ends) in enumerate(zip(check.values, check.start_speed, check.found, strict=True))
         ],
-        "follow": None if check.hysteresis is None else _follow(check.hysteresis, coexisting, ending),
-    }
+        follow=None if check.hysteresis is None else _follow(check.hysteresis, coexisting, ending),
+    )
 
 
-def _follow(
-    slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Point | None]
-) -> dict[str, Any]:
+def _follow(slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Point | None]) -> FollowData:
     """What is met where the sweep is gone through slowly."""
-    return {
-        **dict.fromkeys(("up", "down")),
-        **{str(way): _course(course, ending) for way, course in slowly.courses.items()},
-        "loops": [
-            {
-                "from": loop.low,
-                "to": loop.high,
-                "width": loop.width,
-                "up": _kind(loop.up.attractor),
-                "down": _kind(loop.down.attractor),
-            }
+    courses = {str(way): _course(course, ending) for way, course in slowly.courses.items()}
+    return FollowData(
+        up=courses.get("up"),
+        down=courses.get("down"),
+        loops=[
+            LoopData(
+                from_=loop.low,
+                to=loop.high,
+                width=loop.width,
+                up=_kind(loop.up.attractor),
+                down=_kind(loop.down.attractor),
+            )
             for loop in slowly.loops
         ],
-        "coexisting": [
-            {
-                **_kind(motion),
-                **{source: list(map(list, ranges)) for source, ranges in motion.ranges.items()},
-            }
+        coexisting=[
+            CoexistingData(
+                **_kind_of(motion),
+                **_found_in(motion),
+            )
             for motion in coexisting
         ],
-    }
+    )
 
 
-def _course(course: Course, ending: Callable[[Jump], Point | None]) -> dict[str, Any]:
+def _course(course: Course, ending: Callable[[Jump], Point | None]) -> CourseData:
     """The motions at the values in their order, and the jumps between them."""
-    return {
-        "samples": [
-            {
-                "sweep_value": stage.value,
-                **_kind(stage.attractor),
-                "wall": stage.impacts[:, 0].astype(int).tolist(),
-                "phase_rad": stage.impacts[:, 1].tolist(),
-                "velocity": stage.impacts[:, 2].tolist(),
-            }
+    return CourseData(
+        samples=[
+            StageData(
+                sweep_value=stage.value,
+                **_kind_of(stage.attractor),
+                wall=stage.impacts[:, 0].astype(int).tolist(),
+                phase_rad=stage.impacts[:, 1].tolist(),
+                velocity=stage.impacts[:, 2].tolist(),
+            )
             for stage in course.stages
         ],
-        "jumps": [
-            {
-                "from": jump.before.value,
-                "to": jump.after.value,
-                "before": _kind(jump.before.attractor),
-                "after": _kind(jump.after.attractor),
-                "vertex": None
+        jumps=[
+            JumpData(
+                from_=jump.before.value,
+                to=jump.after.value,
+                before=_kind(jump.before.attractor),
+                after=_kind(jump.after.attractor),
+                vertex=None
                 if vertex is None
-                else {"label": vertex.label, "kind": vertex.event, "sweep_value": vertex.sweep_value},
-            }
+                else VertexData(label=vertex.label, kind=vertex.event, sweep_value=vertex.sweep_value),
+            )
             for jump, vertex in ((jump, ending(jump)) for jump in course.jumps)
         ],
-    }
+    )
 
 
-def _kind(motion: Attractor | MotionCount | Coexisting) -> dict[str, Any]:
-    """What kind of motion it is; a word and a period are of periodic ones."""
+def _kind(motion: Attractor) -> KindOfMotion:
+    """What kind of motion it is."""
+    return KindOfMotion(**_kind_of(motion))
+
+
+def _kind_of(motion: Attractor | MotionCount | Coexisting) -> dict[str, Any]:
+    """What kind of motion it is, by the names of `KindOfMotion`; a word and a period are of periodic ones."""
     return {"outcome": motion.outcome.name.lower(), "word": motion.word or None, "period": motion.period or None}
 
 
-def _motion_count(motion: MotionCount) -> dict[str, Any]:
+def _found_in(motion: Coexisting) -> dict[str, Any]:
+    """The ranges in which a motion was found, by what found it."""
+    return {str(source): [list(pair) for pair in ranges] for source, ranges in motion.ranges.items()}
+
+
+def _motion_count(motion: MotionCount) -> CountedMotion:
     """A kind of motion that starts end in, how many do, and between which values of the parameter."""
-    return {
-        **_kind(motion),
-        "count": motion.count,
-        "from": motion.low,
-        "to": motion.high,
-    }
+    return CountedMotion(**_kind_of(motion), count=motion.count, from_=motion.low, to=motion.high)
 
 
-def _end(attractor: Attractor, groups: Groups[float]) -> dict[str, Any]:
+def _end(attractor: Attractor, groups: Groups[float]) -> StartEnd:
     """What a start leads to; what a motion that is not periodic does not have is null."""
     from vireport.simulation.cycles import growth_bound
 
@@ -665,13 +759,13 @@ def _end(attractor: Attractor, groups: Groups[float]) -> dict[str, Any]:
     finite = isfinite(exponent)
     # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
     rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
-    return {
-        **_kind(attractor),
-        "residual": None if cycle is None else cycle.residual,
-        "multiplier": None if cycle is None else cycle.growth,
-        "lyapunov": exponent if finite else None,
-        "error_bounds": {"multiplier": bound, "lyapunov": rate},
-    }
+    return StartEnd(
+        **_kind_of(attractor),
+        residual=None if cycle is None else cycle.residual,
+        multiplier=None if cycle is None else cycle.growth,
+        lyapunov=exponent if finite else None,
+        error_bounds={"multiplier": bound, "lyapunov": rate},
+    )
 
 
 def results_block(data: Mapping[str, Any], name: str) -> dict[str, Any]:

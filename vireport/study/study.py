@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from vireport.base.errors import Mistake, ScenarioError, UsageError
 from vireport.base.progress import Progress, portion
+from vireport.base.records import plain
 from vireport.design.effects import Effect, Shift, Shifts, Unmoved, shift_to, shifts
 from vireport.design.point import with_distortions
 from vireport.design.solution import Solution, solution_of, with_tolerances
@@ -38,12 +39,20 @@ from vireport.study.plan import (
     refuse_undecidable,
 )
 from vireport.study.provenance import Provenance
-from vireport.study.result_records import SCHEMA_VERSION
+from vireport.study.result_records import (
+    SCHEMA_VERSION,
+    DisturbancesData,
+    LeftOutData,
+    MarginToUseData,
+    RequirementsData,
+    Results,
+)
 from vireport.study.results import (
     effects_data,
     family_motions,
     json_bytes,
     motion_rows,
+    own_stiffness_data,
     simulation_data,
     solution_data,
     switched_on_data,
@@ -149,11 +158,11 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return verdict_of(self.evidence)
 
     @property
-    def _margin_to_use(self) -> dict[str, Any] | None:
+    def _margin_to_use(self) -> MarginToUseData | None:
         from vireport.study.judging.least_margin import margin_to_use
 
         use = margin_to_use(self.evidence)
-        return None if use is None else use.to_dict()
+        return None if use is None else use.data
 
     @cached_property
     def opening(self) -> Opening:
@@ -199,8 +208,8 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
         return reproduce(self.solution)
 
-    def to_dict(self, shown: bool = False) -> dict[str, Any]:
-        """The results as plain data: results.json without its provenance.
+    def results(self, shown: bool = False) -> Results:
+        """The results as records: results.json without its provenance.
 
         Parameters
         ----------
@@ -208,27 +217,37 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             Whether of the families only those are wanted that pages show, see `Atlas.shown`.
         """
         solution, scenario = self.solution, self.scenario
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "scenario": to_dict(scenario),
-            "overrides": list(self.loaded.overrides),
+        return Results(
+            schema_version=SCHEMA_VERSION,
+            scenario=to_dict(scenario),
+            overrides=list(self.loaded.overrides),
             **solution_data(solution, self.plan.reason(Task.DISTORTION)),
-            "simulation": self.crosscheck and simulation_data(self.crosscheck, self.coexisting, self.ending),
-            **_motions_data(self.atlas, solution.membrane, shown),
-            "own_stiffness": self.own_stiffness and _own_stiffness_data(self.own_stiffness),
-            "effects": self.effects and effects_data(self.effects),
-            "margin_to_use": self._margin_to_use,
-            **self._added_data(),
-            "requirements": None if scenario.requirements is None else _requirements_data(self.criteria),
-            "disturbances": self.switched_on and self._switched_on_data(self.switched_on),
+            simulation=None
+            if self.crosscheck is None
+            else simulation_data(self.crosscheck, self.coexisting, self.ending),
+            motions=None if self.atlas is None else motions_data(self.atlas),
+            families=None
+            if self.atlas is None
+            else families_data(self.atlas.shown if shown else self.atlas.families, solution.membrane),
+            own_stiffness=None if self.own_stiffness is None else own_stiffness_data(self.own_stiffness),
+            effects=None if self.effects is None else effects_data(self.effects),
+            margin_to_use=self._margin_to_use,
+            added=self._added_data(),
+            requirements=None if scenario.requirements is None else _requirements_data(self.criteria),
+            disturbances=None if self.switched_on is None else self._switched_on_data(self.switched_on),
             **_measured_data(self.measured),
-            "alerts": [alert.to_dict() for alert in self.alerts],
-            "left_out": [{"step": step.task, "what": step.what, "why": step.why} for step in self.plan.left_out],
-        }
+            alerts=[alert.data for alert in self.alerts],
+            left_out=[LeftOutData(step=step.task, what=step.what, why=step.why) for step in self.plan.left_out],
+        )
 
-    def _switched_on_data(self, switched: SwitchedOn) -> Mapping[str, Any]:
+    def to_dict(self, shown: bool = False) -> dict[str, Any]:
+        """The results as plain data, see `results`."""
+        data: dict[str, Any] = plain(self.results(shown).blocks())
+        return data
+
+    def _switched_on_data(self, switched: SwitchedOn) -> DisturbancesData:
         """What the device does when it is switched on, with what additions know of it."""
-        block: Mapping[str, Any] = switched_on_data(switched)
+        block = switched_on_data(switched)
         for name, finding in findings().items():
             if finding.extends == "disturbances":
                 block = finding.results_within(block, self.findings.get(name))
@@ -291,32 +310,20 @@ def results(study: Study, provenance: Provenance, shown: bool = False) -> dict[s
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
     """Serialise `results`."""
-    return json_bytes(study.to_dict(), provenance)
-
-
-def _motions_data(atlas: Atlas | None, membrane: Membrane | None, shown: bool) -> dict[str, Any]:
-    if atlas is None:
-        return {"motions": None, "families": None}
-    families = atlas.shown if shown else atlas.families
-    return {"motions": motions_data(atlas), "families": families_data(families, membrane)}
+    return json_bytes(study.results().blocks(), provenance)
 
 
 def _measured_data(records: tuple[MeasuredAt, ...]) -> dict[str, Any]:
+    """What was measured, by the names of `Results`; nothing without records."""
     if not records:
         return {}
-    from vireport.study.measured import measured_data
+    from vireport.study.measured import measured_data, measured_loops
 
-    return measured_data(records)
-
-
-def _own_stiffness_data(compliant: OwnStiffness) -> dict[str, Any]:
-    from vireport.design.compliant.own_stiffness import own_stiffness_data
-
-    return own_stiffness_data(compliant)
+    return {"measured": measured_data(records), "measured_hysteresis": measured_loops(records)}
 
 
-def _requirements_data(criteria: tuple[Criterion, ...]) -> dict[str, Any]:
-    return {"passed": not unmet_criteria(criteria), "criteria": [criterion.to_dict() for criterion in criteria]}
+def _requirements_data(criteria: tuple[Criterion, ...]) -> RequirementsData:
+    return RequirementsData(passed=not unmet_criteria(criteria), criteria=[criterion.data for criterion in criteria])
 
 
 def sweep_of(scenario: Scenario) -> Sweep | None:

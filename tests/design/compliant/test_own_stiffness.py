@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from vireport import analyse, load
 from vireport.design.compliant.descent import Missing
 from vireport.design.compliant.model import compliant_model
-from vireport.design.compliant.own_stiffness import own_stiffness, own_stiffness_data
+from vireport.design.compliant.own_stiffness import own_stiffness
 from vireport.design.compliant.return_map import SUBSTEPS, bounce, return_trip
 from vireport.design.point import design_point
 from vireport.motions.events import Event
@@ -21,6 +21,7 @@ from vireport.simulation.events import BOTTOM, TOP
 from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.verdict import verdict_of
 from vireport.study.plan import FORMATS
+from vireport.study.results import own_stiffness_data
 
 ALL = len(SUBSTEPS)
 
@@ -222,7 +223,7 @@ def test_an_end_that_the_ball_does_not_reach_is_lost() -> None:
     assert "falls back" in swept.absence.reason
     assert swept.absence.missing is Missing.LOST
     assert found.motion.stable
-    assert own_stiffness_data(found)["ends"][0]["missing"] == "lost"
+    assert own_stiffness_data(found).ends[0].missing == "lost"
 
 
 @pytest.mark.parametrize(("length", "lost"), first(1, [(0.8678, True), (0.75, False)], unpacked=True))

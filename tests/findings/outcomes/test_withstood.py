@@ -15,11 +15,12 @@ from msgspec.structs import replace
 
 from vireport import analyse, loads
 from vireport.base.errors import UsageError
+from vireport.base.records import plain
 from vireport.cli.app import main
 from vireport.design.switched_on import SwitchedOn
 from vireport.findings.outcomes.jitter import jitter as jitter_of
 from vireport.findings.outcomes.outcomes import Outcomes
-from vireport.findings.outcomes.results import outcomes_data
+from vireport.findings.outcomes.results import disturbances_with_outcomes
 from vireport.findings.outcomes.shock import least_shock
 from vireport.findings.outcomes.steps import JITTER, SHOCK
 from vireport.findings.outcomes.withstood import withstood_by
@@ -94,7 +95,7 @@ def test_scatter_of_the_restitution_adds_to_the_kicks() -> None:
     solution = solved("inclined", device__length_m=0.75, excitation__amplitude_n=3.6)
     known = switched_on_data(SwitchedOn(None))
     kicks, scatter, both = (
-        outcomes_data(known, Outcomes(withstood=withstood_by(solution, False, *given)))["jitter"]
+        plain(disturbances_with_outcomes(known, Outcomes(withstood=withstood_by(solution, False, *given))).jitter)
         for given in ((1e-3, 0.0), (0.0, 3e-3), (1e-3, 3e-3))
     )
     for key in ("phase_bottom_deg", "velocity_top_m_s", "u_bottom_v", "u_top_v"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import copysign
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -216,51 +216,3 @@ def _end(device: Device, membrane: Membrane, end: RigidEnd, at_design: bool) -> 
     if isinstance(followed, Absence):
         return StabilityEnd(varied, point, design_value, swept, None, 0.0, followed)
     return StabilityEnd(varied, point, design_value, swept, float(followed.x[2]), float(followed.errors[2]), None)
-
-
-def own_stiffness_data(answer: OwnStiffness) -> dict[str, Any]:
-    """The compliant motion and its ends as plain data, for results.json."""
-    motion = answer.motion
-    return {
-        "parameter": answer.rigid.parameter,
-        "value": answer.rigid.value,
-        "at_design_point": answer.at_design,
-        "margin_gone": answer.margin_gone,
-        "motion": None
-        if motion is None
-        else {
-            "velocity_bottom": motion.bottom.velocity,
-            "velocity_top": motion.top.velocity,
-            "phi_bottom_rad": motion.bottom.phase,
-            "phi_top_rad": motion.top.phase,
-            "contact_share": motion.contact_share,
-            "trace": motion.trace,
-            "determinant": motion.determinant,
-            "stable": motion.stable,
-            "error_estimate": motion.error,
-        },
-        **_absence_data(answer.absence),
-        "ends": [
-            {
-                "parameter": end.parameter,
-                "label": end.point.label or None,
-                "kind": end.point.event,
-                "of_sweep": end.swept,
-                "design_value": end.design_value,
-                "rigid": end.rigid,
-                "compliant": end.compliant,
-                "error_estimate": None if end.compliant is None else end.error,
-                **_absence_data(end.absence),
-                "rigid_margin": end.rigid_margin,
-                "compliant_margin": end.compliant_margin,
-            }
-            for end in answer.ends
-        ],
-    }
-
-
-def _absence_data(absence: Absence | None) -> dict[str, Any]:
-    return {
-        "missing": None if absence is None else absence.missing,
-        "reason": None if absence is None else absence.reason,
-    }

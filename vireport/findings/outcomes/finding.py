@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vireport.study.judging.requirements import Requirement
     from vireport.study.judging.verdict import AddedAnswer, Status, Verdict
     from vireport.study.plan import DeclaredStep
+    from vireport.study.result_records import DisturbancesData
     from vireport.study.study import Study
 
 BLOCK = "disturbances"
@@ -91,12 +92,12 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
             outcomes = with_basins(outcomes, study)
         return outcomes
 
-    def results_within(self, block: Mapping[str, Any], outcomes: Outcomes | None) -> Mapping[str, Any]:
+    def results_within(self, block: DisturbancesData, outcomes: Outcomes | None) -> DisturbancesData:
         """The block on disturbances with what other starts come to."""
         from vireport.findings.outcomes.outcomes import Outcomes
-        from vireport.findings.outcomes.results import outcomes_data
+        from vireport.findings.outcomes.results import disturbances_with_outcomes
 
-        return outcomes_data(block, outcomes or Outcomes())
+        return disturbances_with_outcomes(block, outcomes or Outcomes())
 
     def requirements(self) -> Iterator[Requirement]:
         """A least shock, and a largest spread of the phases."""

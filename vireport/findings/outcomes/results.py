@@ -1,12 +1,15 @@
-"""What other starts come to as plain data, for results.json, within what it has of switching on."""
+"""What other starts come to as records of results.json, within what it has of switching on."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
+
+from msgspec import UNSET, UnsetType
+from msgspec.structs import replace
 
 from vireport.findings.outcomes.outcomes import Outcomes
 from vireport.motions.families import Claim
+from vireport.study.result_records import DisturbancesData, ResultsBlock, ShockData
 from vireport.study.results import finite
 
 if TYPE_CHECKING:
@@ -15,126 +18,221 @@ if TYPE_CHECKING:
     from vireport.findings.outcomes.windows import Window
     from vireport.findings.outcomes.withstood import Withstood
 
-SHOCK = (
-    *("least_jump_m_s", "after", "after_s", "sign", "leads_to"),
-    *("searched_to_m_s", "tried", "reason"),
-)
-"""What results.json has of the least shock."""
 
-AFTER_SHOCK = "recovery_periods", "recovery_s", "recovery_error_bound_periods", "recovery_reason"
-"""What the core has of switching on that stands behind the shocks."""
+class RampData(ResultsBlock, frozen=True, kw_only=True):
+    """The shortest ramp tried that reaches a stable 1:1 motion, and the longest tried."""
+
+    periods: float | None
+    longest_tried: float
 
 
-def outcomes_data(block: Mapping[str, Any], outcomes: Outcomes) -> dict[str, Any]:
-    """The block of the core with what other starts come to; null is what was not computed."""
-    start, ramp, window = block["from_rest"], outcomes.ramp, outcomes.window
-    withstood, attracting, basins = outcomes.withstood, outcomes.attracting, outcomes.basins
-    from_rest = {
-        **{name: value for name, value in start.items() if name != "along_sweep"},
-        "share_of_switch_on_phases": outcomes.share,
-        "ramp_that_reaches_1_1": ramp and {"periods": ramp.periods, "longest_tried": ramp.longest},
-        "window": window and _window(window),
-        "along_sweep": start["along_sweep"],
-    }
-    return {
-        **{name: value for name, value in block.items() if name not in AFTER_SHOCK},
-        "from_rest": from_rest,
-        "shock": _shock(withstood),
-        **{name: block[name] for name in AFTER_SHOCK},
-        "jitter": withstood and _jitter(withstood),
-        "coexistence": attracting and _coexistence(attracting),
-        "basin": basins and _basin(basins),
-    }
-
-
-def _window(window: Window) -> dict[str, Any]:
+class WindowData(ResultsBlock, frozen=True, kw_only=True):
     """The window of an outcome, and what comes beyond either end."""
-    ends = {"from": window.low, "to": window.high}
-    return (
-        {"parameter": window.parameter}
-        | {name: edge.value for name, edge in ends.items()}
-        | {f"{name}_outcome": edge.beyond and edge.beyond.destination for name, edge in ends.items()}
-        | {f"{name}_word": edge.beyond and edge.beyond.word for name, edge in ends.items()}
-        | {f"{name}_periods": edge.beyond and edge.beyond.periods for name, edge in ends.items()}
-        | {f"{name}_accumulates": edge.accumulates for name, edge in ends.items()}
-        | {"claim": Claim.SEARCHED}  # samples tell of no edge that it is the nearest
+
+    parameter: str
+    from_: float
+    to: float
+    from_outcome: str | None
+    to_outcome: str | None
+    from_word: str | None
+    to_word: str | None
+    from_periods: int | None
+    to_periods: int | None
+    from_accumulates: bool
+    to_accumulates: bool
+    claim: str
+
+
+class JitterData(ResultsBlock, frozen=True, kw_only=True):
+    """The spread at the impacts, or why none is given; voltages are absent without a ball mass."""
+
+    phase_deg: float | None
+    velocity_m_s: float | None
+    phase_bottom_deg: float | UnsetType | None = UNSET
+    velocity_bottom_m_s: float | UnsetType | None = UNSET
+    u_bottom_v: float | UnsetType | None = UNSET
+    u_bottom_mean_v: float | UnsetType | None = UNSET
+    phase_top_deg: float | UnsetType | None = UNSET
+    velocity_top_m_s: float | UnsetType | None = UNSET
+    u_top_v: float | UnsetType | None = UNSET
+    u_top_mean_v: float | UnsetType | None = UNSET
+    relative_error: float | None
+    valid: bool
+    valid_up_to_m_s: float | None
+    valid_up_to_restitution: float | None
+    reason: str | None
+
+
+class AttractingData(ResultsBlock, frozen=True, kw_only=True):
+    """A stable motion of any word: its share of starts, whether it is reached from rest, and its least shock."""
+
+    name: str
+    word: str | None
+    periods: int | None
+    velocity: list[float] | None
+    phase_rad: list[float] | None
+    share_of_starts: float | None
+    reached_from_rest: bool | None
+    least_jump_m_s: float | None = None
+    after: str | None = None
+    after_impact: int | None = None
+    after_s: float | None = None
+    sign: int | None = None
+    leads_to: str | None = None
+    searched_to_m_s: float | None
+    reason: str | None
+
+
+class CoexistenceData(ResultsBlock, frozen=True, kw_only=True):
+    """The stable motions of any word, and the share of starts that reaches none of them."""
+
+    starts: int
+    share_of_others: float | None
+    motions: list[AttractingData]
+
+
+class BasinShare(ResultsBlock, frozen=True, kw_only=True):
+    """The share of a section of impacts that leads to a motion, with its interval of 95 %."""
+
+    name: str
+    share: float | None
+    low_95: float | None
+    high_95: float | None
+
+
+class BasinData(ResultsBlock, frozen=True, kw_only=True):
+    """The shares of the section of impacts on the bottom membrane."""
+
+    impacts: int
+    velocity_up_to_m_s: float
+    attractors: list[BasinShare]
+
+
+def disturbances_with_outcomes(block: DisturbancesData, outcomes: Outcomes) -> DisturbancesData:
+    """The block of the core with what other starts come to; null is what was not computed."""
+    ramp, window, from_rest = outcomes.ramp, outcomes.window, block.from_rest
+    withstood, attracting, basins = outcomes.withstood, outcomes.attracting, outcomes.basins
+    if from_rest is not None:
+        from_rest = replace(
+            from_rest,
+            share_of_switch_on_phases=outcomes.share,
+            ramp_that_reaches_1_1=None if ramp is None else RampData(periods=ramp.periods, longest_tried=ramp.longest),
+            window=None if window is None else _window(window),
+        )
+    return replace(
+        block,
+        from_rest=from_rest,
+        shock=_shock(withstood),
+        jitter=None if withstood is None else _jitter(withstood),
+        coexistence=None if attracting is None else _coexistence(attracting),
+        basin=None if basins is None else _basin(basins),
     )
 
 
-def _shock(withstood: Withstood | None) -> dict[str, Any] | None:
+def _window(window: Window) -> WindowData:
+    low, high = window.low, window.high
+    below, above = low.beyond, high.beyond
+    return WindowData(
+        parameter=window.parameter,
+        from_=low.value,
+        to=high.value,
+        from_outcome=None if below is None else below.destination,
+        to_outcome=None if above is None else above.destination,
+        from_word=None if below is None else below.word,
+        to_word=None if above is None else above.word,
+        from_periods=None if below is None else below.periods,
+        to_periods=None if above is None else above.periods,
+        from_accumulates=low.accumulates,
+        to_accumulates=high.accumulates,
+        claim=Claim.SEARCHED,  # samples tell of no edge that it is the nearest
+    )
+
+
+def _shock(withstood: Withstood | None) -> ShockData | None:
     """The least shock, or why it is not known; None where nothing was looked for."""
     if withstood is None or withstood.shock is None:
         unknown = withstood.shock_unknown if withstood is not None else ""
-        return dict.fromkeys(SHOCK) | {"reason": unknown} if unknown else None
+        return ShockData(reason=unknown) if unknown else None
     least = withstood.shock
     out = least.jump is not None
-    values = (
-        *(withstood.jump_m_s, _membrane(withstood.after_bottom) if out else None),
-        *(withstood.delay_s if out else None, least.sign if out else None, least.leads_to and least.leads_to.name),
-        *(withstood.searched_to_m_s, least.tried, None),
+    return ShockData(
+        least_jump_m_s=withstood.jump_m_s,
+        after=_membrane(withstood.after_bottom) if out else None,
+        after_s=withstood.delay_s if out else None,
+        sign=least.sign if out else None,
+        leads_to=None if least.leads_to is None else least.leads_to.name,
+        searched_to_m_s=withstood.searched_to_m_s,
+        tried=least.tried,
     )
-    return dict(zip(SHOCK, values, strict=True))
 
 
 def _membrane(bottom: bool) -> str:
     return "bottom" if bottom else "top"
 
 
-def _jitter(withstood: Withstood) -> dict[str, Any] | None:
+def _jitter(withstood: Withstood) -> JitterData | None:
     """The spread at the impacts, or why none is given; None where it was not asked for."""
     if withstood.jitter is None:
         return None
     spread = withstood.spread
-    columns: dict[str, float | None] = {}
+    columns: dict[str, Any] = {}
     for of in withstood.spreads:
         columns |= {f"phase_{of.membrane}_deg": of.phase_deg, f"velocity_{of.membrane}_m_s": of.velocity_m_s}
         if of.voltage_v is not None:
             columns |= {f"u_{of.membrane}_v": of.voltage_v, f"u_{of.membrane}_mean_v": of.mean_voltage_v}
-    return {
-        "phase_deg": withstood.phase_deg,
-        "velocity_m_s": withstood.velocity_m_s,
+    return JitterData(
+        phase_deg=withstood.phase_deg,
+        velocity_m_s=withstood.velocity_m_s,
         **columns,
-        "relative_error": None if spread is None else spread.error,
-        "valid": spread is not None,
-        "valid_up_to_m_s": finite(withstood.valid_up_to_m_s),
-        "valid_up_to_restitution": finite(withstood.valid_up_to_restitution),
-        "reason": withstood.jitter_unknown or None,
-    }
+        relative_error=None if spread is None else spread.error,
+        valid=spread is not None,
+        valid_up_to_m_s=finite(withstood.valid_up_to_m_s),
+        valid_up_to_restitution=finite(withstood.valid_up_to_restitution),
+        reason=withstood.jitter_unknown or None,
+    )
 
 
-def _coexistence(attracting: AttractingMotions) -> dict[str, Any]:
+def _coexistence(attracting: AttractingMotions) -> CoexistenceData:
     """The stable motions of any word: shares of starts, whether reached from rest, and the least shock of each."""
-    return {
-        "starts": attracting.starts,
-        "share_of_others": attracting.others,
-        "motions": [_attracting(row, attracting) for row in attracting.motions],
-    }
+    return CoexistenceData(
+        starts=attracting.starts,
+        share_of_others=attracting.others,
+        motions=[_attracting(row, attracting) for row in attracting.motions],
+    )
 
 
-def _attracting(row: AttractingMotion, attracting: AttractingMotions) -> dict[str, Any]:
+def _attracting(row: AttractingMotion, attracting: AttractingMotions) -> AttractingData:
     motion, shock = row.motion, row.shock
-    data = {
-        "name": row.name,
-        "word": motion and motion.word.letters,
-        "periods": motion and motion.word.periods,
-        "velocity": motion and motion.velocity.tolist(),
-        "phase_rad": motion and motion.phase.tolist(),
-        "share_of_starts": row.share,
-        "reached_from_rest": row.from_rest,
-        "least_jump_m_s": None, "after": None, "after_impact": None, "after_s": None, "sign": None, "leads_to": None,
-        "searched_to_m_s": None if shock is None else shock.searched_to * attracting.velocity_unit,
-        "reason": row.unknown or None,
-    }  # fmt: skip
-    if shock is not None and shock.jump is not None:
-        data["least_jump_m_s"] = shock.jump * attracting.velocity_unit
-        data |= {"after": _membrane(shock.motion.word.walls[shock.impact] > 0), "after_impact": shock.impact + 1}
-        data |= {"after_s": shock.delay * attracting.time_unit, "sign": shock.sign}
-        data["leads_to"] = shock.leads_to and shock.leads_to.name
-    return data
+    data = AttractingData(
+        name=row.name,
+        word=None if motion is None else motion.word.letters,
+        periods=None if motion is None else motion.word.periods,
+        velocity=None if motion is None else motion.velocity.tolist(),
+        phase_rad=None if motion is None else motion.phase.tolist(),
+        share_of_starts=row.share,
+        reached_from_rest=row.from_rest,
+        searched_to_m_s=None if shock is None else shock.searched_to * attracting.velocity_unit,
+        reason=row.unknown or None,
+    )
+    if shock is None or shock.jump is None:
+        return data
+    return replace(
+        data,
+        least_jump_m_s=shock.jump * attracting.velocity_unit,
+        after=_membrane(shock.motion.word.walls[shock.impact] > 0),
+        after_impact=shock.impact + 1,
+        after_s=shock.delay * attracting.time_unit,
+        sign=shock.sign,
+        leads_to=None if shock.leads_to is None else shock.leads_to.name,
+    )
 
 
-def _basin(basins: Basins) -> dict[str, Any]:
+def _basin(basins: Basins) -> BasinData:
     """The share of the section of impacts that leads to each motion."""
-    names = "name", "share", "low_95", "high_95"
-    attractors = [dict(zip(names, row, strict=True)) for row in basins.shares]
-    return {"impacts": basins.impacts, "velocity_up_to_m_s": basins.fastest_m_s, "attractors": attractors}
+    return BasinData(
+        impacts=basins.impacts,
+        velocity_up_to_m_s=basins.fastest_m_s,
+        attractors=[
+            BasinShare(name=name, share=share, low_95=low, high_95=high) for name, share, low, high in basins.shares
+        ],
+    )

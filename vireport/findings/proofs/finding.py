@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vireport.base.progress import Progress
 from vireport.scenario.keys import value_at
@@ -12,6 +12,7 @@ from vireport.study.finding import AddedFinding
 if TYPE_CHECKING:
     from vireport.findings.proofs.proved import Proved
     from vireport.study.plan import DeclaredStep
+    from vireport.study.result_records import DisturbancesData
     from vireport.study.study import Study
 
 
@@ -45,22 +46,11 @@ class ProofsFinding(AddedFinding["Proved"]):
         withstood = study.findings["outcomes"].withstood, study.plan.runs(SHOCK)
         return proved_of(study.solution, study.switched_on, *withstood, say)
 
-    def results_within(self, block: Mapping[str, Any], proved: Proved | None) -> Mapping[str, Any]:
+    def results_within(self, block: DisturbancesData, proved: Proved | None) -> DisturbancesData:
         """The block on disturbances with what is proved: of the start from rest, of shocks, and with what it takes."""
-        from_rest = {**block["from_rest"], "proved": proved and proved.arrival.proved}
-        shock, bound = block["shock"], proved and proved.jump_m_s
-        if shock is None and proved is not None:
-            from vireport.findings.outcomes.results import SHOCK
+        from vireport.findings.proofs.results import disturbances_with_proofs
 
-            shock = dict.fromkeys(SHOCK)
-        if shock is not None:
-            shock = {**shock, "proved_m_s": bound}
-        proof = None
-        if proved is not None:
-            from vireport.findings.proofs.results import proof_data
-
-            proof = proof_data(proved)
-        return {**block, "from_rest": from_rest, "shock": shock, "proof": proof}
+        return disturbances_with_proofs(block, proved)
 
 
 FINDING = ProofsFinding()

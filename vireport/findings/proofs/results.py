@@ -1,4 +1,4 @@
-"""Proofs about disturbances as plain data, for results.json, and checked once more from that data alone."""
+"""Proofs about disturbances as records of results.json, and checked once more from these alone."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from msgspec import field
+from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
 from vireport.findings.proofs.proved import ClaimedSection, Proved, ProvedRegion, Rechecked, prove_again
@@ -14,57 +16,123 @@ from vireport.physics.device import Device
 from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.loading import load
+from vireport.study.reading import read_record
+from vireport.study.result_records import DisturbancesData, ResultsBlock, ShockData
 from vireport.study.results import results_block
 
 
-def proof_data(proved: Proved) -> dict[str, Any]:
-    """Plain data of proofs, as much as it takes to check them: regions, and cells of shocks and of the section."""
+class RegionData(ResultsBlock, frozen=True, kw_only=True):
+    """A region that a motion attracts: |M x| <= `radius` about its first impact, M being `metric`."""
+
+    word: str
+    periods: int
+    time: list[float]
+    velocity: list[float]
+    metric: list[list[float]]
+    radius: float
+    contraction: float | None = None
+
+
+class ArrivalData(ResultsBlock, frozen=True, kw_only=True):
+    """The region that the ball enters from rest, after how many impacts, or why that is not proved."""
+
+    region: int | None
+    impacts: int | None = None
+    bits: int | None = None
+    reason: str | None = None
+
+
+class ProvedShocks(ResultsBlock, frozen=True, kw_only=True):
+    """The largest shocks that are proved to die out, and what became of each cell."""
+
+    region: int
+    largest: float
+    cells: int | None = None
+    halved: list[int]
+
+
+class ProvedSectionData(ResultsBlock, frozen=True, kw_only=True):
+    """The share of a section of impacts, and of the moments of switching on, that is proved to lead to a motion."""
+
+    region: int
+    name: str = ""
+    velocity_up_to_m_s: float | None = None
+    velocity_up_to: float
+    share: float | None = None
+    share_of_switch_on_phases: float | None = None
+    cells: int | None = None
+    halved: list[int]
+    moments: list[int]
+
+
+class ProofData(ResultsBlock, frozen=True, kw_only=True):
+    """What it takes to check the proofs once more; regions are named by their numbers from 0."""
+
+    regions: list[RegionData]
+    from_rest: ArrivalData
+    shocks: list[ProvedShocks]
+    shocks_reason: str | None = None
+    sections: list[ProvedSectionData] = field(default_factory=list)
+
+
+def disturbances_with_proofs(block: DisturbancesData, proved: Proved | None) -> DisturbancesData:
+    """The block on disturbances with what is proved: of the start from rest, of shocks, and with what it takes."""
+    from_rest, shock = block.from_rest, block.shock or None
+    if from_rest is not None:
+        from_rest = replace(from_rest, proved=None if proved is None else proved.arrival.proved)
+    if shock is not None or proved is not None:
+        shock = replace(shock or ShockData(), proved_m_s=None if proved is None else proved.jump_m_s)
+    return replace(block, from_rest=from_rest, shock=shock, proof=None if proved is None else proof_data(proved))
+
+
+def proof_data(proved: Proved) -> ProofData:
+    """Records of proofs, as much as it takes to check them: regions, and cells of shocks and of the section."""
     arrival, sections = proved.arrival, proved.sections
     claimed = (*(shocks.trap for shocks in proved.shocks), *(section.trap for section in sections), arrival.trap)
     # Several proofs are about one region: it is written once, and named by its number.
     regions = list(dict.fromkeys(trap for trap in claimed if trap is not None))
-    return {
-        "regions": [_region(trap) for trap in regions],
-        "from_rest": {
-            "region": None if arrival.trap is None else regions.index(arrival.trap),
-            "impacts": arrival.impacts or None,
-            "bits": arrival.bits or None,
-            "reason": arrival.reason or None,
-        },
-        "shocks": [
-            {"region": k, "largest": shocks.largest, "cells": shocks.cells, "halved": shocks.halved.tolist()}
+    return ProofData(
+        regions=[_region(trap) for trap in regions],
+        from_rest=ArrivalData(
+            region=None if arrival.trap is None else regions.index(arrival.trap),
+            impacts=arrival.impacts or None,
+            bits=arrival.bits or None,
+            reason=arrival.reason or None,
+        ),
+        shocks=[
+            ProvedShocks(region=k, largest=shocks.largest, cells=shocks.cells, halved=shocks.halved.tolist())
             for k, shocks in enumerate(proved.shocks)
         ],
-        "shocks_reason": proved.unproved or None,
-        "sections": [
-            {
-                "region": regions.index(section.trap),
-                "name": section.name,
-                "velocity_up_to_m_s": section.fastest * proved.velocity_unit,
-                "velocity_up_to": section.fastest,
-                "share": section.share,
-                "share_of_switch_on_phases": section.switch_on,
-                "cells": section.cells,
-                "halved": section.halved.tolist(),
-                "moments": section.moments.tolist(),
-            }
+        shocks_reason=proved.unproved or None,
+        sections=[
+            ProvedSectionData(
+                region=regions.index(section.trap),
+                name=section.name,
+                velocity_up_to_m_s=section.fastest * proved.velocity_unit,
+                velocity_up_to=section.fastest,
+                share=section.share,
+                share_of_switch_on_phases=section.switch_on,
+                cells=section.cells,
+                halved=section.halved.tolist(),
+                moments=section.moments.tolist(),
+            )
             for section in sections
         ],
-    }
+    )
 
 
-def _region(trap: Trap) -> dict[str, Any]:
-    """Plain data of a trapping region."""
+def _region(trap: Trap) -> RegionData:
+    """A trapping region."""
     motion = trap.motion
-    return {
-        "word": motion.word.letters,
-        "periods": motion.word.periods,
-        "time": motion.time.tolist(),
-        "velocity": motion.velocity.tolist(),
-        "metric": trap.metric.tolist(),
-        "radius": trap.radius,
-        "contraction": trap.contraction,
-    }
+    return RegionData(
+        word=motion.word.letters,
+        periods=motion.word.periods,
+        time=motion.time.tolist(),
+        velocity=motion.velocity.tolist(),
+        metric=trap.metric.tolist(),
+        radius=trap.radius,
+        contraction=trap.contraction,
+    )
 
 
 def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
@@ -82,31 +150,29 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
     NumericalError
         If the package for ball arithmetic is not installed.
     """
-    proof = results_block(data, "disturbances").get("proof")
-    if proof is None:
+    given = results_block(data, "disturbances").get("proof")
+    if given is None:
         raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
+    proof = read_record(given, ProofData, "results", "disturbances.proof")
     try:
         regions = [
             ProvedRegion(
-                Motion(Word.of(of["word"], of["periods"]), np.array(of["velocity"]), np.array(of["time"]), 0.0),
-                np.array(of["metric"]),
-                float(of["radius"]),
+                Motion(Word.of(of.word, of.periods), np.array(of.velocity), np.array(of.time), 0.0),
+                np.array(of.metric),
+                of.radius,
             )
-            for of in proof["regions"]
+            for of in proof.regions
         ]
-        start = proof["from_rest"]["region"]
-        shocks = [
-            (regions[of["region"]], float(of["largest"]), np.array(of["halved"], dtype=np.intp))
-            for of in proof["shocks"]
-        ]
+        start = proof.from_rest.region
+        shocks = [(regions[of.region], of.largest, np.array(of.halved, dtype=np.intp)) for of in proof.shocks]
         sections = [
             ClaimedSection(
-                regions[of["region"]],
-                float(of["velocity_up_to"]),
-                np.array(of["halved"], dtype=np.intp),
-                np.array(of["moments"], dtype=np.intp),
+                regions[of.region],
+                of.velocity_up_to,
+                np.array(of.halved, dtype=np.intp),
+                np.array(of.moments, dtype=np.intp),
             )
-            for of in proof.get("sections", ())
+            for of in proof.sections
         ]
         device = Device.of(load(data["scenario"]).scenario)
         return prove_again(device, None if start is None else regions[start], shocks, sections)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from msgspec import convert
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
@@ -80,7 +79,7 @@ def diff(
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")
     if not isinstance(study, Mapping):
         require_study(study)
-    now = read_results(study, "results") if isinstance(study, Mapping) else convert(study.to_dict(), Results)
+    now = read_results(study, "results") if isinstance(study, Mapping) else study.results()
     return _changed_rows(read_results(baseline, "baseline"), now, relative, "baseline")
 
 

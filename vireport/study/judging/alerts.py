@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import asdict
 
 from vireport.base.records import plain
 from vireport.design.sensitivity import input_error, mass_elasticity, restitution_effect
@@ -32,6 +33,7 @@ from vireport.study.judging.stretch import (
     severity_of,
     stretch_at_design,
 )
+from vireport.study.result_records import AlertData
 from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity
 from vireport.text.formatting import Exactness, percent
 
@@ -101,8 +103,13 @@ class Alert(Struct, frozen=True, eq=False):
     def __repr__(self) -> str:
         return f"<Alert {self.code}, {self.severity}: {self.title}>"
 
-    def to_dict(self) -> dict[str, str]:
+    @property
+    def data(self) -> AlertData:
         """The alert as results.json has it."""
+        return AlertData(**asdict(self))
+
+    def to_dict(self) -> dict[str, str]:
+        """The alert as plain data."""
         data: dict[str, str] = plain(self)
         return data
 

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.base.records import brief
+from vireport.base.records import brief, plain
 from vireport.design.point import DesignPoint
 from vireport.design.sensitivity import contact_share
 from vireport.design.solution import Solution
@@ -23,6 +23,7 @@ from vireport.physics.word import Word
 from vireport.scenario.blocks import RequirementsBlock
 from vireport.scenario.demands import LimitKind
 from vireport.scenario.parameters import Parameter
+from vireport.study.result_records import CriterionData
 from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, rounded_text
 
 if TYPE_CHECKING:
@@ -165,24 +166,30 @@ class Criterion(Struct, frozen=True, eq=False):
             return ""
         return f"{'+' if margin >= 0 else ''}{rounded_text(margin)} {self.limit.unit}".rstrip()
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def data(self) -> CriterionData:
         """The line as results.json has it."""
         limit, outcome = self.limit, self.outcome
-        return {
-            "key": self.key,
-            "title": self.title,
-            "limit": limit.text,
-            "limit_value": limit.value if limit.numbers else None,
-            "unit": limit.unit,
-            "by_default": limit.usual,
-            "value": outcome.value,
-            "value_text": outcome.text,
-            "margin": outcome.margin,
-            "passed": outcome.passed,
-            "why": outcome.why,
-            "error_bound": outcome.error_bound,
-            "line": self.line,
-        }
+        return CriterionData(
+            key=self.key,
+            title=self.title,
+            limit=limit.text,
+            limit_value=limit.value if limit.numbers else None,
+            unit=limit.unit,
+            by_default=limit.usual,
+            value=outcome.value,
+            value_text=outcome.text,
+            margin=outcome.margin,
+            passed=outcome.passed,
+            why=outcome.why,
+            error_bound=outcome.error_bound,
+            line=self.line,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The line as plain data."""
+        data: dict[str, Any] = plain(self.data)
+        return data
 
 
 def unmet_criteria(criteria: Iterable[Criterion]) -> list[Criterion]:

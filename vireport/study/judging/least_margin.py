@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
+from vireport.base.records import plain
 from vireport.design.margins import Margin
 from vireport.scenario.parameters import ScalarInput
 from vireport.study.judging.alerts import is_near_critical
 from vireport.study.judging.evidence import Evidence
+from vireport.study.result_records import MarginToUseData
 
 if TYPE_CHECKING:
     from vireport.design.effects import Shift
@@ -60,17 +62,23 @@ class MarginToUse(Struct, frozen=True, eq=False):
         """Whether less is left than what masses and lengths are commonly made to."""
         return self.gone or is_near_critical(self.relative)
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def data(self) -> MarginToUseData:
         """The margin as results.json has it."""
         effect = self.shift.effect if self.shift is not None else None
-        return {
-            "parameter": self.parameter,
-            "relative": self.relative,
-            "limited_by": self.limited_by,
-            "effect": None if effect is None else effect.left_out,
-            "change": None if effect is None else effect.size or None,
-            "gone": self.gone,
-        }
+        return MarginToUseData(
+            parameter=self.parameter,
+            relative=self.relative,
+            limited_by=self.limited_by,
+            effect=None if effect is None else effect.left_out,
+            change=None if effect is None else effect.size or None,
+            gone=self.gone,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The margin as plain data."""
+        data: dict[str, Any] = plain(self.data)
+        return data
 
 
 def margin_to_use(evidence: Evidence) -> MarginToUse | None:
