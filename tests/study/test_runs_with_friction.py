@@ -27,6 +27,7 @@ from vireport.scenario.loading import load
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.plan import Task, plan
 from vireport.study.provenance import provenance_of
+from vireport.study.reading import read_results
 from vireport.study.study import analyse
 
 RUBS = {"device.friction": 0.05}
@@ -118,9 +119,10 @@ def test_a_ball_with_friction_has_a_family_that_is_symmetric(example) -> None:
 def test_results_with_friction_are_compared_and_read_again(rubbed) -> None:
     """Also those of earlier versions, which have no such key."""
     data = json.loads(json.dumps(rubbed.to_dict()))
-    assert ComparedScenario(data, False).device == rubbed.solution.device
+    assert ComparedScenario(read_results(data, "old.json"), False).device == rubbed.solution.device
     assert Device.of(rubbed.scenario).friction == 0.05
     del data["scenario"]["device"]["friction"]
-    assert ComparedScenario(data, False).device == replace(rubbed.solution.device, friction=0.0)
+    older = read_results(data, "old.json")
+    assert ComparedScenario(older, False).device == replace(rubbed.solution.device, friction=0.0)
     groups = rubbed.solution.device.groups(Parameter.LENGTH, 0.7)
     assert groups.friction == pytest.approx(groups.gbar * 0.05)

@@ -27,6 +27,7 @@ from vireport.scenario.loading import load
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.plan import Task, plan
 from vireport.study.provenance import provenance_of
+from vireport.study.reading import read_results
 from vireport.study.study import analyse
 
 SECOND = {"excitation.harmonics": [{"order": 2, "percent": 2.0, "phase_deg": 225.0}]}
@@ -110,11 +111,11 @@ def test_the_device_of_a_scenario_carries_its_harmonics(example) -> None:
 def test_results_with_harmonics_are_compared_and_read_again(distorted) -> None:
     """Also those of earlier versions, which have no such key."""
     data = json.loads(json.dumps(distorted.to_dict()))
-    compared = ComparedScenario(data, False)
+    compared = ComparedScenario(read_results(data, "old.json"), False)
     assert compared.device.harmonics == distorted.solution.device.harmonics
     assert compared.d(Parameter.LENGTH, 0.7) == pytest.approx(distorted.solution.device.groups(Parameter.LENGTH, 0.7).d)
     del data["scenario"]["excitation"]["harmonics"]
-    assert ComparedScenario(data, False).device.harmonics == ()
+    assert ComparedScenario(read_results(data, "old.json"), False).device.harmonics == ()
 
 
 def test_tolerances_are_sampled_and_nothing_is_said_to_be_proved(example) -> None:
