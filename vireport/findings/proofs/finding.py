@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from vireport.base.progress import Progress
 from vireport.scenario.keys import value_at
 from vireport.study.finding import AddedFinding
@@ -48,6 +50,11 @@ class ProofsFinding(AddedFinding["Proved"]):
 
     def results_within(self, block: DisturbancesData, proved: Proved | None) -> DisturbancesData:
         """The block on disturbances with what is proved: of the start from rest, of shocks, and with what it takes."""
+        if proved is None:  # what proofs take is not imported
+            from_rest = block.from_rest and replace(block.from_rest, proved=None)
+            return replace(
+                block, from_rest=from_rest, shock=block.shock and replace(block.shock, proved_m_s=None), proof=None
+            )
         from vireport.findings.proofs.results import disturbances_with_proofs
 
         return disturbances_with_proofs(block, proved)
