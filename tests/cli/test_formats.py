@@ -20,8 +20,8 @@ from vireport.study.plan import FORMATS as OF_RUNS
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FILES = {
     "compare": ("comparison", "COMPARISON_FILES"),
-    "map --over": ("map.chart", "CHART_FILES"),
-    "map": ("map.cells", "MAP_FILES"),
+    "map --over": ("map", "CHART_FILES"),
+    "map": ("map", "CELL_FILES"),
     "identify": ("identify", "IDENTIFY_FILES"),
     "optimise": ("optimise", "OPTIMISE_FILES"),
 }

@@ -235,7 +235,7 @@ COMPUTED = {
     Task.REPRODUCTION: ("vireport.study.checks.reproduction", "reproduce"),
     Task.EFFECTS: ("vireport.study.study", "shifts"),
     Task.FROM_REST: ("vireport.design.switched_on", "recovery_of"),
-    "from-rest-moments": ("vireport.findings.outcomes.outcomes", "outcomes_by_moment"),
+    "from-rest-moments": ("vireport.findings.outcomes.moments", "outcomes_by_moment"),
     "from-rest-windows": ("vireport.findings.outcomes.outcomes", "outcomes_along"),
     "shock": ("vireport.findings.outcomes.withstood", "withstood_by"),
     "coexistence": ("vireport.findings.outcomes.attracting", "attracting_motions"),

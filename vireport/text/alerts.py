@@ -292,9 +292,9 @@ CATALOGUE = (
         "of (5.5) is extrapolated, as the range in which it was fitted is not published, and the material must stand "
         "the stretch and the field. Above an area ratio of 5.9 this is a warning: an areal strain of 488 % has been "
         "demonstrated for a dielectric elastomer (Huang et al., Appl. Phys. Lett. 100 (2012) 041911).",
-        "Measure the membrane's force and largest stretch at such depths, and give its thickness, permittivity and "
-        "breakdown field: field and energy are judged then. A lighter ball, a stiffer or larger membrane or gentler "
-        "forcing make the deflection smaller.",
+        "Measure the membrane's force and largest stretch at such depths. Where the scenario has its thickness, "
+        "permittivity and breakdown field, field and energy are judged. A lighter ball, a stiffer or larger membrane "
+        "or gentler forcing make the deflection smaller.",
         {
             "deep": "The impacts press the membrane in up to {depth_mm} mm, {times:roughly} times its active radius of "
             "{radius_mm:given} mm, and its area grows {area} times. The force K delta^h is extrapolated beyond the "

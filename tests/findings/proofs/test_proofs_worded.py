@@ -6,8 +6,11 @@ from types import SimpleNamespace as thing
 
 import pytest
 from branches import branches_taken
+from msgspec.structs import replace
 
+from vireport.base.records import plain
 from vireport.findings.proofs.finding import FINDING
+from vireport.study.result_records import DisturbancesData, FromRestData, ShockData
 from vireport.text.templates import Words
 
 SHARES = thing(name="BT", fastest=1.9, share=0.684021, switch_on=0.933349)
@@ -45,9 +48,10 @@ def test_every_branch_of_the_words_is_said_above() -> None:
 
 
 def test_nothing_proved_is_null() -> None:
-    block = {"from_rest": {"outcome": "1:1"}, "shock": {"tried": 9, "reason": None}, "recovery_s": 2.0}
+    from_rest, shock = FromRestData(outcome="1:1"), ShockData(tried=9)
+    block = DisturbancesData(from_rest=from_rest, shock=shock, recovery_s=2.0)
     data = FINDING.results_within(block, None)
-    assert data["from_rest"] == {"outcome": "1:1", "proved": None}
-    assert data["shock"] == {"tried": 9, "reason": None, "proved_m_s": None}
-    assert (data["proof"], data["recovery_s"]) == (None, 2.0)
-    assert FINDING.results_within(block | {"shock": None}, None)["shock"] is None
+    assert plain(data.from_rest) == plain(from_rest) | {"proved": None}
+    assert plain(data.shock) == plain(shock) | {"proved_m_s": None}
+    assert (data.proof, data.recovery_s) == (None, 2.0)
+    assert FINDING.results_within(replace(block, shock=None), None).shock is None
