@@ -6,6 +6,7 @@ what it adds to a block of the scenario.
 # Annotations are evaluated where they stand: as texts, pydantic compiled each of 200, a quarter of this import.
 
 from collections.abc import Mapping
+from types import NoneType
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter, create_model
@@ -128,7 +129,7 @@ def with_added_keys(block: type[AnyBlock], within: str = "") -> type[AnyBlock]:
 def without_added_keys(block: type[AnyBlock]) -> type[AnyBlock]:
     """A block of keys that refuses the blocks of additions which a map cannot have."""
     reasons = {name: (of.title, declared_with(of, "in_map")) for name, (_, of) in added_keys().items()}
-    refused = {name: (None, key(None, title, "", reason)) for name, (title, reason) in reasons.items() if reason}
+    refused = {name: (NoneType, key(None, title, "", reason)) for name, (title, reason) in reasons.items() if reason}
     return _extended(block, refused) if refused else block
 
 
