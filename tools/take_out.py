@@ -22,9 +22,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from msgspec import convert
+
 from vireport.base.additions import ADDITIONS, complete
+from vireport.base.records import plain
 from vireport.scenario.blocks import Scenario, keys_of_additions
 from vireport.study.judging.findings import findings
+from vireport.study.result_records import DisturbancesData
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = "examples/inclined.yaml"
@@ -103,7 +107,7 @@ def same_results(names: list[str], without: Any) -> bool:
         steps = {row.task for row in finding.steps()}
         data["left_out"] = [row for row in data["left_out"] if row["step"] not in steps]
         if (block := without.get(finding.extends)) is not None:
-            without[finding.extends] = finding.results_within(block, None)
+            without[finding.extends] = plain(finding.results_within(convert(block, DisturbancesData), None))
     return bool(data == without)
 
 

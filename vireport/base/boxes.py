@@ -8,6 +8,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.base.records import brief
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
@@ -25,6 +27,7 @@ class Boxes(Struct, frozen=True, eq=False):
 
     low: Floats
     high: Floats
+    __repr__ = brief
 
     @staticmethod
     def grid(*ends: Floats) -> Boxes:

@@ -18,8 +18,8 @@ from vireport import load
 from vireport.design.lines import line_of
 from vireport.design.margins import margins_of
 from vireport.design.point import motions_at
+from vireport.figures.captions import held_by
 from vireport.map.chart.chart import PlaneLoci, loci_over
-from vireport.map.chart.figure import picture
 from vireport.map.chart.loci import Locus
 from vireport.map.chart.meetings import Meeting
 from vireport.map.chart.network import FollowedLocus
@@ -39,6 +39,7 @@ from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import attractors
 from vireport.simulation.starts import random_starts, start_speed
 from vireport.study.checks import reference
+from vireport.text.templates import Words
 
 PLANES = (
     "inclination_deg=0..90,length_m=0.3..1",
@@ -149,7 +150,8 @@ def test_stable_motion_ends_on_a_curve_over_both_restitutions(name: str, ranges:
     own = plane_of(load(EXAMPLES / f"{name}.yaml").scenario, over)
     drawn, rng, checked = loci_over(own, Limits(4, 2)), np.random.default_rng(3), 0
     assert events <= {locus.event for locus in drawn.loci}
-    assert picture(drawn).caption.startswith("Restitution at the top against restitution at the bottom, of 1:1")
+    caption = Words("chart")("caption", drawn, False, held_by(own.device, own.inputs))
+    assert caption.startswith("Restitution at the top against restitution at the bottom, of 1:1")
     for _ in range(8):
         at = own.low + own.widths * rng.uniform(0.02, 0.98, 2)
         device = own.device_at(at.tolist())
