@@ -6,16 +6,18 @@ import copy
 import json
 from collections.abc import Callable
 from functools import cache
+from math import inf, nan
 from pathlib import Path
 from typing import Any
 
 import pytest
 from conftest import EXAMPLES, study
+from msgspec import Struct
 
 from vireport import diff
 from vireport.base.errors import UsageError
 from vireport.cli.app import main
-from vireport.study.reading import read_results
+from vireport.study.reading import read_record, read_results
 
 KINDS = "period_doubling, fold, pitchfork, node_focus, grazing, stop_in_flight, zero_velocity, sweep_end, closed_curve"
 
@@ -63,6 +65,16 @@ def test_a_mistake_is_told_with_its_path_and_both_types(path: str) -> None:
         read_results(spoilt(path, value), "old.json")
     (line,) = error.value.lines
     assert line.startswith(f"old.json: {path}: {message}")
+
+
+class Counted(Struct):
+    count: int
+
+
+@pytest.mark.parametrize("value", [nan, inf, 1.5])
+def test_what_is_no_whole_number_is_a_mistake(value: float) -> None:
+    with pytest.raises(UsageError, match=rf"^x: proof\.count: expected a whole number, got the number {value}$"):
+        read_record({"count": value}, Counted, "x", "proof")
 
 
 def test_every_mistake_has_a_line_up_to_twenty(tmp_path: Path, capsys) -> None:

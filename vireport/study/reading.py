@@ -138,6 +138,9 @@ def _mistakes(value: Any, kind: msgspec.inspect.Type, path: str) -> Mistakes:
         yield path, f"expected {_expected(kind)}, got {_described(value)}"
 
 
+FLOAT = msgspec.inspect.FloatType()
+
+
 def _has_form(value: Any, kind: msgspec.inspect.Type) -> bool:
     """Whether a value is of the form of a type, whatever is within it."""
     match kind:
@@ -150,7 +153,7 @@ def _has_form(value: Any, kind: msgspec.inspect.Type) -> bool:
         case msgspec.inspect.BoolType():
             return isinstance(value, bool)
         case msgspec.inspect.IntType():
-            return isinstance(value, int | float) and not isinstance(value, bool) and value == int(value)
+            return _has_form(value, FLOAT) and (isinstance(value, int) or value.is_integer())
         case msgspec.inspect.FloatType():
             return isinstance(value, int | float) and not isinstance(value, bool)
         case msgspec.inspect.StrType() | msgspec.inspect.EnumType():
