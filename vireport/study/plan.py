@@ -412,6 +412,13 @@ def has_block(name: str) -> Precondition:
 FLINT = _package("python-flint", "flint")
 MPMATH = _package("mpmath", "mpmath")
 NUMBA = _package("numba", "numba")
+
+
+def simulation_compiles() -> bool:
+    """Whether the package is installed that compiles the simulation."""
+    return find_spec("numba") is not None
+
+
 MEASURED = Precondition(lambda scenario, _: scenario.measured, "the scenario has no measured block")
 REQUIREMENTS = Precondition(lambda scenario, _: scenario.requirements, "the scenario has no requirements block")
 BEST = Precondition(lambda scenario, _: scenario.design, "the scenario has no design block")
@@ -456,7 +463,7 @@ def _simulated(scenario: Scenario) -> str:
         return Task.SIMULATION.what
     values = block.samples if scenario.sweep is not None else 1
     rate, remark = IMPACTS_PER_SECOND, "the first time, a few seconds more to compile"
-    if not NUMBA.holds(scenario, frozenset()):
+    if not simulation_compiles():
         rate, remark = INTERPRETED_PER_SECOND, f"interpreted, as numba is missing: {install_command('numba')}"
     cost = f"about {values * block.starts * block.impacts / rate:.1g} s"
     if block.follow is not Direction.NONE:

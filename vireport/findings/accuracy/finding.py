@@ -36,14 +36,22 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """The measurement, and its figure."""
-        from vireport.study.plan import MPMATH, NUMBA, PICTURES, AddedTask, DeclaredStep, Task, has_block
+        from vireport.study.plan import (
+            MPMATH,
+            NUMBA,
+            PICTURES,
+            AddedTask,
+            DeclaredStep,
+            Task,
+            has_block,
+            simulation_compiles,
+        )
 
         block, why = has_block(STEP), "the scenario has an accuracy block"
         measured = AddedTask(STEP, "error against run time of several methods")
 
         def costs(scenario: Scenario) -> str:
-            compiled = NUMBA.holds(scenario, frozenset())
-            lacking = "" if compiled else f", without those that need numba: {install_command('numba')}"
+            lacking = "" if simulation_compiles() else f", without those that need numba: {install_command('numba')}"
             return f"{measured.what}: about a minute{lacking}"
 
         yield DeclaredStep(measured, (block, MPMATH), why, (), NUMBA, FEWER, costs, before=Task.OWN_STIFFNESS)

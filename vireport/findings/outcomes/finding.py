@@ -57,7 +57,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
     def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Outcomes] | None:
         """What the device does when it is switched on as the block says, at any moment, and near the design point."""
         from vireport.findings.outcomes.steps import MOMENTS, WINDOWS
-        from vireport.study.plan import NUMBA
+        from vireport.study.plan import simulation_compiles
 
         moments, windows = study.plan.runs(MOMENTS), study.plan.runs(WINDOWS)
         block = block_of(study.scenario, BLOCK, DisturbancesBlock)
@@ -67,8 +67,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.findings.outcomes.outcomes import Outcomes, outcomes_along, switched_on_by
 
         if moments:
-            compiled = bool(NUMBA.holds(study.scenario, frozenset()))
-            return switched_on_by(study.solution, block, compiled, windows)
+            return switched_on_by(study.solution, block, simulation_compiles(), windows)
         from vireport.design.switched_on import SwitchedOn, switched_on_at_once
 
         strip = outcomes_along(study.solution, compiled=windows)
