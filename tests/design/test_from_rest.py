@@ -122,7 +122,7 @@ def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_h
 @pytest.mark.slow
 def test_a_seventh_of_the_force_sweep_of_the_paper_is_not_reached_from_rest() -> None:
     values = np.linspace(3.0, 5.35, 2001)
-    outcomes = outcomes_at(PAPER, Parameter.AMPLITUDE, values, True)
+    outcomes = list(outcomes_at(PAPER, Parameter.AMPLITUDE, values, True))
     missed = np.mean([not outcome.reached for outcome in outcomes])
     assert 0.12 < missed < 0.16
 

@@ -25,7 +25,15 @@ from vireport.physics.groups import Groups
 from vireport.physics.numbers import wrapped
 from vireport.physics.word import word_name
 from vireport.simulation.attractors import STOPPED, Outcome, find_attractor
-from vireport.simulation.cycles import SimulatedMotion, attracting, chain_growth, laps, rest_cycle, separation
+from vireport.simulation.cycles import (
+    REACH,
+    SimulatedMotion,
+    attracting,
+    chain_growth,
+    laps,
+    rest_cycle,
+    separation,
+)
 from vireport.simulation.events import BOTTOM, check_model, start_of
 from vireport.simulation.follower import ROUNDINGS, TWINS, Trajectory, twins
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
@@ -273,10 +281,12 @@ def started(
     """
     most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
     ball = Trajectory.begun(check_model(groups)[0], start, BLOCK, compiled=compiled)
+    approached: SimulatedMotion | None = None
     while True:
         recognised = rested(ball, ratio, released) or _arrived(ball.rows, targets, ratio)
         if recognised is None and not targets:
-            recognised = _recurred(ball, ratio)
+            approached = _approached(ball, approached)
+            recognised = _recurred(ball, approached, ratio)
         if recognised is not None or not ball.moving or len(ball.rows) > most:
             break
         ball.go_on(max(BLOCK, len(ball.rows) // 4), whole=True)
@@ -358,12 +368,21 @@ def _elsewhere(
     return _on(end.cycle, ball.rows, targets, ratio)
 
 
-def _recurred(ball: Trajectory, ratio: int) -> tuple[FromRest, Floats] | None:
-    """The motion that the last impacts repeat as far as rounding tells, and the impacts until it was settled; or None.
+def _approached(ball: Trajectory, before: SimulatedMotion | None) -> SimulatedMotion | None:
+    """The attracting cycle that the last impacts of a ball nearly repeat, or that of the block before if still near it.
+
+    A cycle takes longer to compute than a block of impacts, and a slow approach to one takes many blocks.
+    """
+    if before is not None and before.distance(ball.rows[-1]) < REACH:
+        return before
+    return attracting(ball)
+
+
+def _recurred(ball: Trajectory, cycle: SimulatedMotion | None, ratio: int) -> tuple[FromRest, Floats] | None:
+    """An approached cycle that the last impact repeats as far as rounding tells, and the impacts until then; or None.
 
     Where no 1:1 motion is stable: next to one that is, a slow approach looks like motions of twice its period.
     """
-    cycle = attracting(ball)
     if cycle is None or cycle.distance(ball.rows[-1]) > REPEATED:
         return None
     return _on(cycle, ball.rows, (), ratio)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from operator import itemgetter
 
 import numpy as np
@@ -19,8 +19,8 @@ from vireport.simulation.kernel import TURN
 
 Floats = NDArray[np.float64]
 
-OutcomesAt = Callable[[Floats], Sequence[FromRest]]
-"""The outcomes at some values of an input."""
+OutcomesAt = Callable[[Floats], Iterable[FromRest]]
+"""The outcomes at some values of an input, each computed when it is asked for."""
 
 SAMPLED = 5
 """Values of a sweep at which a ball is followed from rest without being asked for, where no 1:1 motion is stable: 40 ms
@@ -49,14 +49,14 @@ def groups_at(device: Device, varied: ScalarInput, values: Floats) -> Groups[Flo
     return groups.map_numbers(lambda group: np.broadcast_to(np.asarray(group, dtype=float), values.shape))
 
 
-def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> list[FromRest]:
-    """What a device comes to from rest at each of some values of an input."""
+def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> Iterator[FromRest]:
+    """What a device comes to from rest at each of some values of an input, one after the other."""
     groups = groups_at(device, varied, values)
     return outcomes_of(groups, find_motions(groups, device.period_ratio), device.period_ratio, compiled)
 
 
-def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, compiled: bool) -> list[FromRest]:
-    """The motions or states in which the balls of many devices end from rest.
+def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, compiled: bool) -> Iterator[FromRest]:
+    """The motions or states in which the balls of many devices end from rest, one after the other.
 
     Parameters
     ----------
@@ -73,15 +73,12 @@ def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, c
     orbit, cell, trace = motions.orbit.select(stable), motions.cell[stable], motions.trace[stable]
     phase, decay = np.mod(orbit.phi, TURN), lap_decay(map_restitution(groups.restitution, itemgetter(cell)))
     targets = targets_of(phase, orbit.velocity_bottom, trace, motions.wall_gap[stable], decay)
-    return [
-        from_rest(
+    for i in range(len(groups.d)):
+        one, its_targets = (
             groups.map_numbers(itemgetter(i)).as_floats(),
             [targets[k] for k in np.flatnonzero(cell == i)],
-            ratio,
-            compiled,
         )
-        for i in range(len(groups.d))
-    ]
+        yield from_rest(one, its_targets, ratio, compiled)
 
 
 def sampled(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeRange, ...]:

@@ -181,7 +181,7 @@ def window_by_the_own_simulator(device: Device, varied: Parameter, reach: float 
     value, seen = float(getattr(device, varied)), {}
 
     def outcomes(values):
-        told = outcomes_at(device, varied, values, True)
+        told = list(outcomes_at(device, varied, values, True))
         seen.update(zip(values.tolist(), told, strict=True))
         return told
 

@@ -131,13 +131,13 @@ def _edge(around: FromRest, value: float, end: float, outcomes: OutcomesAt) -> E
             shares = np.append(shares, (shares + 0.5 / INSIDE) % 1)
             values = np.append(values, limit + (value - limit) * nearest**shares)
         values = np.sort(values)[:: 1 if value < end else -1]
-        changed = [outcome.kind != around.kind for outcome in outcomes(values)]
-        if True not in changed:
+        first = next((k for k, outcome in enumerate(outcomes(values)) if outcome.kind != around.kind), None)
+        if first is None:
             clean += 1
             if not edge.accumulates or clean == CLEAN:
                 break
             continue
-        first, clean = changed.index(True), 0
+        clean = 0
         near = float(values[first - 1]) if first else value
         edge = replace(_first_edge(around, near, float(values[first]), FINER, value, outcomes), accumulates=True)
     return edge
@@ -150,16 +150,16 @@ def _first_edge(around: FromRest, near: float, end: float, parts: int, value: fl
     accumulates = False
     while near != far:
         values = np.linspace(near, far, parts + 1)[1:]
-        ahead = outcomes(values)
-        changed = [outcome.kind != around.kind for outcome in ahead]
-        if True not in changed:
+        ahead = enumerate(outcomes(values))
+        first, changed = next(((k, outcome) for k, outcome in ahead if outcome.kind != around.kind), (-1, None))
+        if changed is None:
             if beyond is None:
                 return Edge(end, None, False)
             break  # of an interval with an edge the far end has changed; rounding alone tells them apart
-        first = changed.index(True)
         # Coming back to the outcome beyond the first edge, within so little, there are further edges nearer still.
-        accumulates |= abs(far - near) < DEEP * abs(value) and False in changed[first:]
-        near, far, beyond = float(values[first - 1]) if first else near, float(values[first]), ahead[first]
+        narrow = abs(far - near) < DEEP * abs(value)
+        accumulates = accumulates or (narrow and any(outcome.kind == around.kind for _, outcome in ahead))
+        near, far, beyond = float(values[first - 1]) if first else near, float(values[first]), changed
         if abs(far - near) <= EDGE * max(abs(value), abs(end - value)):
             break
         parts = FINER
@@ -170,7 +170,7 @@ def over_sweep(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeR
     """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
     # Evenly: where outcomes change is not known before. A range narrower than the spacing may be passed over.
     values = np.linspace(min(start, end), max(start, end), ALONG)
-    reached = outcomes(values)
+    reached = tuple(outcomes(values))
     pairs = zip(pairwise(values.tolist()), pairwise(reached), strict=True)
     brackets = [(*ends, before) for ends, (before, after) in pairs if before.kind != after.kind]
     edges = np.array([bracket[:2] for bracket in brackets], dtype=float).reshape(-1, 2)

@@ -19,7 +19,7 @@ DESTINATIONS = tuple(Destination)
 
 def from_rest_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int) -> dict[str, Any]:
     """What each cell comes to that is switched on at once, by compiled code; None where there is no word or period."""
-    outcomes = outcomes_of(groups, motions, ratio, compiled=True)
+    outcomes = tuple(outcomes_of(groups, motions, ratio, compiled=True))
     return {
         "from_rest": np.array([DESTINATIONS.index(each.destination) for each in outcomes], dtype=np.int8),
         "from_rest_word": [each.word or None for each in outcomes],
