@@ -1,16 +1,17 @@
-"""Plant the faults of `faults.yaml` one at a time into a copy of the project, and tell which the quick tests catch.
+"""Plant the faults of `faults.yaml` one at a time into a copy of the project, and tell which the tests catch.
 
     python tools/plant_faults.py [--jobs 2] [--only PART] [--calls FILE] [--whole] [--check] [--record]
 
 All quick tests run once without a fault, and what each calls is noted. Of each fault those run first that call the
-function, or the macro, in which it is planted, the quickest first; of what survives them, those that read pages back
-and their files as a whole; with --whole, all quick tests of what is left. To note the calls takes as long as some
-hundred faults; the FILE of --calls keeps them for the next run. With --check no test runs: it tells only which faults
-have no place, or several, in their file. Nothing in the working tree is changed, but for
-`benchmarks/results/faults.json` with --record: the counts for docs/accuracy.md.
+function, or the macro, in which it is planted, the quickest first; of what survives them, the tests that read pages
+back, the quick ones and then the slow ones, and at last the quick tests of the files that those before stand in; with
+--whole, all quick tests of what is left. To note the calls takes as long as some hundred faults; the FILE of --calls
+keeps them for the next run. With --check no test runs: it tells only which faults have no place, or several, in their
+file. Nothing in the working tree is changed, but for `benchmarks/results/faults.json` with --record: the counts for
+docs/accuracy.md.
 
-Tests run in a fork of a process that has solved the scenarios of `tests/test_shown.py`. What a fault in code can have
-changed is imported anew; a template is read anew by each report.
+Tests run in a fork of a process that has solved the scenarios of the pages that are read back. What a fault in code can
+have changed is imported anew; a template is read anew by each report.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ HEADING = re.compile(r"^(\S+):$", re.MULTILINE)
 
 
 SURVIVED = "SURVIVED"
-QUICK = ("-q", "-p", "no:cacheprovider", "-m", "not slow")
+SLOW = "slow"
+QUICK = f"not {SLOW}"
 ENOUGH = 6.0
 """Of the tests that call a function, the quickest run first, up to this sum of their times [s]."""
 
@@ -60,7 +62,7 @@ MOST_FILES = 12
 
 
 class Told(NamedTuple):
-    """A fault, and who catches it: "callers", "read back", "all tests", or nobody."""
+    """A fault, and which tests catch it: a stage of `plant`, "all tests", or none."""
 
     file: str
     old: str
@@ -137,14 +139,16 @@ def prepare(folder: str) -> None:
     os.environ |= {"PYTHONPATH": copy}
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # to compile all modules for each fault takes longer than its tests
     sys.path[:0] = [copy, f"{copy}/tests"]
-    from test_shown import LONG, OPENED, study_of
+    from test_read_back import EXAMPLE_RUNS, study_of_example
+    from test_shown import OPENED, study_of
 
     for name in OPENED:
-        if name not in LONG:
-            study_of(name)
+        study_of(name)
+    for name in EXAMPLE_RUNS:
+        study_of_example(name)
 
 
-def run(tests: Sequence[str], anew: bool, plugins: Sequence[object] = ()) -> int:
+def run(tests: Sequence[str], anew: bool, plugins: Sequence[object] = (), marked: str = QUICK) -> int:
     """The exit code of pytest in a fork; anew, it imports the copy's modules once more."""
     if not (fork := os.fork()):
         nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -157,15 +161,17 @@ def run(tests: Sequence[str], anew: bool, plugins: Sequence[object] = ()) -> int
                 if (getattr(module, "__file__", None) or "").startswith(os.getcwd()):
                     del sys.modules[name]
             warnings = ("--assert=plain", "-W", "ignore::pytest.PytestAssertRewriteWarning")
-            code = pytest.main([*QUICK, *warnings, *tests], plugins=list(plugins))
+            options = ("-q", "-p", "no:cacheprovider", "-m", marked)
+            code = pytest.main([*options, *warnings, *tests], plugins=list(plugins))
         finally:
             os._exit(code)
     return os.waitstatus_to_exitcode(os.waitpid(fork, 0)[1])
 
 
-def caught(tests: Sequence[str], anew: bool) -> bool:
-    """Whether one of some quick tests fails in the copy; there may be none of them in files whose tests are slow."""
-    return bool(tests) and run(["-x", *tests], anew) not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED)
+def caught(tests: Sequence[str], anew: bool, marked: str = QUICK) -> bool:
+    """Whether one of some tests, the quick ones by default, fails in the copy; a file may have none of them."""
+    passing = pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED
+    return bool(tests) and run(["-x", *tests], anew, marked=marked) not in passing
 
 
 def note_calls(files: Sequence[str]) -> list[Called]:
@@ -239,10 +245,15 @@ def plant(fault: tuple[str, str, str, bool, str]) -> Told:
     sums = list(accumulate(called.seconds for called in by))
     first = [called.test for called, total in zip(by, sums, strict=True) if total <= ENOUGH]
     files = [name for name in dict.fromkeys(called.test.partition("::")[0] for called in by) if name not in READ_BACK]
-    stages = {"callers": first or [called.test for called in by[:1]], "read back": [*READ_BACK, *files[:MOST_FILES]]}
+    stages = {
+        "callers": (first or [called.test for called in by[:1]], QUICK),
+        "read back": (READ_BACK, QUICK),
+        SLOW: (READ_BACK, SLOW),
+        "files": (files[:MOST_FILES], QUICK),
+    }
     rewrite(path, text.replace(old, new))
     try:
-        told = next((kind for kind, tests in stages.items() if caught(tests, anew)), told)
+        told = next((stage for stage, (tests, marked) in stages.items() if caught(tests, anew, marked)), told)
         if told == SURVIVED and whole and caught(["tests"], anew):
             told = "all tests"
     finally:
@@ -270,14 +281,20 @@ def place_of(file: str) -> str:
 
 
 def counted(faults: Iterable[Told]) -> list[dict[str, object]]:
-    """How many were planted in each place, and how many of them were caught."""
+    """How many were planted in each place, how many of them were caught, and how many of these by slow tests alone."""
     planted: Counter[str] = Counter()
     found: Counter[str] = Counter()
+    slow: Counter[str] = Counter()
     for fault in faults:
         place = place_of(fault.file)
         planted[place] += 1
         found[place] += fault.told != SURVIVED
-    return [{"place": place, "planted": planted[place], "caught": found[place]} for place in PLACES if planted[place]]
+        slow[place] += fault.told == SLOW
+    return [
+        {"place": place, "planted": planted[place], "caught": found[place], "by_slow_tests": slow[place]}
+        for place in PLACES
+        if planted[place]
+    ]
 
 
 def main() -> int:
