@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -496,6 +497,17 @@ def test_tolerances_that_no_design_has_are_in_the_way(tmp_path: Path, capsys) ->
     )
     assert (corner_slack(search, nearest[None], (share - 0.1) / 100) > 0).all()
     assert not (corner_slack(search, nearest[None], share / 100) > 0).all()
+
+
+@pytest.mark.slow
+def test_both_membranes_are_named_where_a_tolerance_of_their_restitutions_is_in_the_way(tmp_path: Path, capsys) -> None:
+    scenario = tmp_path / "scenario.yaml"
+    text = text_of("u_ave_v", (LENGTH,), "", 60) + "tolerances: {frequency_percent: 45, restitution_percent: 5}\n"
+    scenario.write_text(text.replace("restitution: 0.5\n", "restitution_bottom: 0.47\n  restitution_top: 0.54\n"))
+    assert main(["optimise", str(scenario), "--json"]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    device = r"frequency \d\S* Hz, restitution at the bottom 0\.4\d*, restitution at the top 0\.5\d*"
+    assert re.search(f"tolerances: towards {device} stable motion ends", said)
 
 
 @pytest.mark.slow

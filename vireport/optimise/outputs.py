@@ -220,9 +220,8 @@ def _beyond_tolerances(tolerances: Any) -> Said:
     worst = tolerances.worst
     if worst is None:
         return _said("tolerances_open", tolerances.proof.open_share if tolerances.proof else 1.0)
-    device = [
-        _said("input", varied.quantity, varied.given(worst.values[varied])) for varied in tolerances.region.ranges
-    ]
+    values = tolerances.toleranced_of_worst
+    device = [_said("input", varied.quantity, varied.given(value)) for varied, value in values.items()]
     return _said("tolerances_end", device, worst.share)
 
 

@@ -97,6 +97,13 @@ class Tolerances(Struct, frozen=True, eq=False):
         return values.get(varied, (bottom + top) / 2)
 
     @property
+    def toleranced_of_worst(self) -> dict[DesignInput, float]:
+        """The inputs of the worst device that have a tolerance, if only as both restitutions; {} where none fails."""
+        ranges, values = self.region.ranges, self.worst.values if self.worst is not None else {}
+        both = RESTITUTIONS if RESTITUTIONS[0] in ranges else ()
+        return {varied: value for varied, value in values.items() if varied in ranges or varied in both}
+
+    @property
     def provable(self) -> bool:
         """Whether there is a proof: of a force that is a sine. Of another the answer is never `PROVED`."""
         return not self.region.design.harmonics
