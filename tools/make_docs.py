@@ -1,23 +1,33 @@
-"""Makes docs/accuracy.md from `accuracy.md.j2` and the measured figures.
+"""Makes what docs/ takes from elsewhere: docs/accuracy.md from measured figures, tables of keys from their records.
 
-    python tools/make_docs.py            writes the page
+    python tools/make_docs.py            writes the pages
     python tools/make_docs.py --check    writes nothing; exit code 1 where it would
 
-The figures are those that the benchmarks wrote to `benchmarks/results`.
+Figures are those that the benchmarks wrote to `benchmarks/results`, in `accuracy.md.j2`. In docs/results.md the rows
+behind a comment ``<!-- keys of FromRestData, window: WindowData -->`` are the keys of these records, by the sections
+``Attributes`` of their docstrings; those of the second stand within `window`, below a line that says so.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from importlib import import_module
+from inspect import cleandoc
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from vireport.study.result_records import ADDED, ResultsBlock
+
 ROOT = Path(__file__).resolve().parent.parent
-RESULTS = ROOT / "benchmarks" / "results"
-PAGE = ROOT / "docs" / "accuracy.md"
+MEASURED = ROOT / "benchmarks" / "results"
+ACCURACY, RESULTS = ROOT / "docs" / "accuracy.md", ROOT / "docs" / "results.md"
+TABLE = re.compile(r"(<!-- keys of (.+) -->\n)(?:\|.*\n)*")
+OF_SCENARIOS = "Keys"
+"""With what the names of records end that are blocks of a scenario: docs/scenario.md has their keys."""
 
 
 def rounded(value: float, digits: int = 2) -> str:
@@ -33,25 +43,80 @@ def span(values: Iterable[float], digits: int = 2) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def page() -> str:
+def accuracy() -> str:
     """Text of docs/accuracy.md."""
     environment = Environment(
         loader=FileSystemLoader(ROOT / "tools"), undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True
     )
     environment.filters |= {"rounded": rounded, "span": span}
-    results = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in RESULTS.glob("*.json")}
+    results = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in MEASURED.glob("*.json")}
     return environment.get_template("accuracy.md.j2").render(results)
 
 
+def records() -> dict[str, type[ResultsBlock]]:
+    """Every record of results.json, by its name."""
+    for file in (ROOT / "vireport" / "findings").glob("*/results.py"):
+        import_module(f"vireport.findings.{file.parent.name}.results")
+    kinds, waiting = {}, [ResultsBlock]
+    while waiting:
+        for kind in waiting.pop().__subclasses__():
+            waiting.append(kind)
+            kinds[kind.__name__] = kind
+    return {name: kind for name, kind in kinds.items() if not name.endswith(OF_SCENARIOS)}
+
+
+def described(record: type[ResultsBlock]) -> Iterator[tuple[list[str], str, str]]:
+    """What docstrings of a record and of its bases say: names of keys, their unit or "", and what they are."""
+    files = dict(zip(record.__struct_fields__, record.__struct_encode_fields__, strict=True))
+    for kind in reversed(record.__mro__):
+        entries = cleandoc(kind.__doc__ or "").partition("\nAttributes\n----------\n")[2]
+        for names, unit, text in re.findall(r"^(\S.*?)(?: : (.+))?\n((?: +.+\n?)+)", entries, re.MULTILINE):
+            yield [files.get(name, name) for name in names.split(", ")], unit, " ".join(text.split())
+
+
+def table(listed: str) -> str:
+    """Rows of the keys of some records: ``Record`` or ``block: Record``, separated by commas."""
+    rows = []
+    for entry in listed.split(", "):
+        block, _, name = entry.rpartition(": ")
+        rows += [(f"**of `{block}`:**", "", "")] if block else []
+        for keys, unit, text in described(records()[name]):
+            names = ("other blocks" if key == ADDED else f"`{key}`" for key in keys)
+            rows.append((", ".join(names), text.replace("|", "\\|"), unit))
+    columns = 3 if any(unit for *_, unit in rows) else 2
+    lines = [("key", "content", "unit"), ("---",) * 3, *rows]
+    return "".join(f"| {' | '.join(line[:columns])} |\n".replace("  ", " ") for line in lines)
+
+
+def results(before: str) -> str:
+    """Text of docs/results.md, its tables made anew."""
+    return TABLE.sub(lambda found: found[1] + table(found[2]), before)
+
+
+def undescribed(page: str) -> Iterator[str]:
+    """Keys that no docstring describes, or that no record has; records that a page has no table of."""
+    kinds = records()
+    entries = (entry for _, listed in TABLE.findall(page) for entry in listed.split(", "))
+    shown = {base.__name__ for entry in entries for base in kinds[entry.rpartition(": ")[2]].__mro__}
+    for name, record in kinds.items():
+        keys = [key for keys, *_ in described(record) for key in keys]
+        for key in sorted(set(keys) ^ set(record.__struct_encode_fields__)):
+            yield f"{name}: {'is not a key' if key in keys else 'Attributes do not say what it is'}: {key}"
+        if name not in shown:
+            yield f"{name}: docs/results.md has no table of its keys"
+
+
 def main() -> int:
-    """Write or check the page; returns the exit code."""
-    text = page()
-    if "--check" not in sys.argv:
-        PAGE.write_text(text, encoding="utf-8")
-    elif PAGE.read_text(encoding="utf-8") != text:
-        print(f"{PAGE.name} is not what tools/accuracy.md.j2 and benchmarks/results give: python tools/make_docs.py")
-        return 1
-    return 0
+    """Write or check the pages; returns the exit code."""
+    before = RESULTS.read_text(encoding="utf-8")
+    mistakes = list(undescribed(before))
+    for page, text in ((ACCURACY, accuracy()), (RESULTS, results(before))):
+        if "--check" not in sys.argv:
+            page.write_text(text, encoding="utf-8")
+        elif page.read_text(encoding="utf-8") != text:
+            mistakes.append(f"{page.name} is not what it is made from: python tools/make_docs.py")
+    print("\n".join(mistakes), end="\n" if mistakes else "")
+    return bool(mistakes)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from runpy import run_path
 from textwrap import dedent
 
 import pytest
@@ -28,6 +29,7 @@ from vireport.optimise.problem import problem_of
 from vireport.scenario.json_schema import init_text, schema
 from vireport.scenario.loading import loads_map
 from vireport.study.provenance import provenance_of
+from vireport.study.result_records import ResultsBlock
 from vireport.text.alerts import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -248,15 +250,43 @@ def test_every_key_of_a_scenario_is_documented() -> None:
     assert keys <= named("scenario.md")
 
 
-def test_every_key_of_the_results_is_documented(study_of) -> None:
+def test_every_block_of_the_results_is_documented(study_of) -> None:
     study = study_of("inclined")
-    data = results(study, provenance_of(study.loaded, ""))
-    words = named("results.md")
-    assert set(data) <= words
-    assert set(data["branches"][0]) | {"null_means"} <= words
-    for point in data["critical_points"]:
-        assert {*point} - {"velocity_bottom", "velocity_top"} <= words
-    assert {"margins", "stable_range", *data["design_point"]["margins"][0], *data["stable_range"][0]} <= words
+    assert set(results(study, provenance_of(study.loaded, ""))) <= named("results.md")
+
+
+def test_a_key_of_the_results_that_nothing_describes_is_a_mistake() -> None:
+    tool = run_path(str(ROOT / "tools" / "make_docs.py"))
+    page = text_of(ROOT / "docs" / "results.md")
+    assert list(tool["undescribed"](page)) == []
+
+    class Damped(ResultsBlock):
+        """A record.
+
+        Attributes
+        ----------
+        loss, heat : J
+            Energy | work,
+            in words.
+        """
+
+        loss: float
+        from_: float
+
+    assert list(tool["undescribed"](page + "<!-- keys of damper: Damped -->\n")) == [
+        "Damped: Attributes do not say what it is: from",
+        "Damped: is not a key: heat",
+    ]
+    assert list(tool["undescribed"](page)) == [
+        "Damped: Attributes do not say what it is: from",
+        "Damped: is not a key: heat",
+        "Damped: docs/results.md has no table of its keys",
+    ]
+    made = tool["results"]("Before.\n\n<!-- keys of damper: Damped -->\n| old |\n\nAfter.\n")
+    assert made.endswith(
+        "<!-- keys of damper: Damped -->\n| key | content | unit |\n| --- | --- | --- |\n| **of `damper`:** | | |\n"
+        "| `loss`, `heat` | Energy \\| work, in words. | J |\n\nAfter.\n"
+    )
 
 
 def test_alerts_that_are_named_exist() -> None:

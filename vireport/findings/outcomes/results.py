@@ -20,14 +20,35 @@ if TYPE_CHECKING:
 
 
 class RampData(ResultsBlock, frozen=True, kw_only=True):
-    """The shortest ramp tried that reaches a stable 1:1 motion, and the longest tried."""
+    """The shortest ramp tried that reaches a stable 1:1 motion, and the longest tried.
+
+    Attributes
+    ----------
+    periods
+        forcing periods of the shortest ramp tried that reaches it from every moment tried; null if none does
+    longest_tried
+        forcing periods of the longest ramp tried
+    """
 
     periods: float | None
     longest_tried: float
 
 
 class WindowData(ResultsBlock, frozen=True, kw_only=True):
-    """The window of an outcome, and what comes beyond either end."""
+    """The window of an outcome, and what comes beyond either end.
+
+    Attributes
+    ----------
+    parameter, from_, to
+        the swept input, or the length, and the ends of the interval. They are located to 1e-9 of the value, or some
+        1e-6 where a motion other than 1:1 loses its stability
+    from_outcome, to_outcome, from_word, to_word, from_periods, to_periods
+        the outcomes beyond; null if the outcome did not change in the range searched
+    from_accumulates, to_accumulates
+        whether infinitely many edges accumulate there
+    claim
+        `searched`: the edges are the nearest that were seen, and nearer ones are not excluded
+    """
 
     parameter: str
     from_: float
@@ -44,7 +65,26 @@ class WindowData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class JitterData(ResultsBlock, frozen=True, kw_only=True):
-    """The spread at the impacts, or why none is given; voltages are absent without a ball mass."""
+    """The spread at the impacts, or why none is given; voltages are absent without a ball mass.
+
+    Attributes
+    ----------
+    phase_deg, velocity_m_s : degrees, m/s
+        standard deviations of the phase at the impacts and of the velocity just before them, the larger of both
+        membranes; null where linear theory does not hold
+    phase_bottom_deg, phase_top_deg, velocity_bottom_m_s, velocity_top_m_s, u_bottom_v, u_top_v : degrees, m/s, V
+        the same for each membrane, and of the voltage gained if the ball mass is given
+    u_bottom_mean_v, u_top_mean_v : V
+        mean of that voltage, to second order in the kicks
+    relative_error : 1
+        relative error of these values: how far mean, covariance and skewness of the spread by the map itself are from
+        linear theory; at most 5 %
+    valid, reason
+        whether these values are given, and if not, why: linear theory does not hold, or restitutions below 0 or above
+        1 would be less than 3 standard deviations away
+    valid_up_to_m_s, valid_up_to_restitution : m/s, 1
+        largest standard deviations for which they are given, at the same ratio of both sources; 0 if there are none
+    """
 
     phase_deg: float | None
     velocity_m_s: float | None
@@ -64,7 +104,26 @@ class JitterData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class AttractingData(ResultsBlock, frozen=True, kw_only=True):
-    """A stable motion of any word: its share of starts, whether it is reached from rest, and its least shock."""
+    """A stable motion of any word: its share of starts, whether it is reached from rest, and its least shock.
+
+    Attributes
+    ----------
+    name, word, periods
+        the motion; word and periods are null for rest
+    velocity, phase_rad : F π/(M ω), rad
+        at its impacts
+    share_of_starts : 1
+        share of the starts that reach it
+    reached_from_rest
+        null if, with a ramp, it is open which of several motions of one word is reached
+    least_jump_m_s, after, after_s, sign, leads_to, searched_to_m_s
+        the least shock out of that motion, as of `shock`; for other words than BT a quarter as many jumps are tried.
+        Null for rest
+    after_impact
+        number in the word, from 1, of the impact before it
+    reason
+        why no shock is given
+    """
 
     name: str
     word: str | None
@@ -84,7 +143,18 @@ class AttractingData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class CoexistenceData(ResultsBlock, frozen=True, kw_only=True):
-    """The stable motions of any word, and the share of starts that reaches none of them."""
+    """The stable motions of any word, and the share of starts that reaches none of them.
+
+    Attributes
+    ----------
+    starts
+        number of random [starts](scenario.md#simulation) followed
+    share_of_others : 1
+        share of them that reaches none of these motions; null if a motion is too near a critical point for its
+        returns to be decided
+    motions
+        each of them
+    """
 
     starts: int
     share_of_others: float | None
@@ -92,7 +162,16 @@ class CoexistenceData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class BasinShare(ResultsBlock, frozen=True, kw_only=True):
-    """The share of a section of impacts that leads to a motion, with its interval of 95 %."""
+    """The share of a section of impacts that leads to a motion, with its interval of 95 %.
+
+    Attributes
+    ----------
+    name
+        the motion
+    share, low_95, high_95 : 1
+        share of the impacts that leads to it, and its 95 % interval (Clopper and Pearson); null where returns are
+        undecided
+    """
 
     name: str
     share: float | None
@@ -101,7 +180,17 @@ class BasinShare(ResultsBlock, frozen=True, kw_only=True):
 
 
 class BasinData(ResultsBlock, frozen=True, kw_only=True):
-    """The shares of the section of impacts on the bottom membrane."""
+    """The shares of the section of impacts on the bottom membrane.
+
+    Attributes
+    ----------
+    impacts
+        number of random impacts, uniform in phase and velocity
+    velocity_up_to_m_s : m/s
+        largest velocity
+    attractors
+        share that leads to each motion
+    """
 
     impacts: int
     velocity_up_to_m_s: float

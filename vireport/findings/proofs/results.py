@@ -22,7 +22,18 @@ from vireport.study.results import results_block
 
 
 class RegionData(ResultsBlock, frozen=True, kw_only=True):
-    """A region that a motion attracts: |M x| <= `radius` about its first impact, M being `metric`."""
+    """A region that a motion attracts: |M x| <= `radius` about its first impact, M being `metric`.
+
+    Attributes
+    ----------
+    word, periods, time, velocity
+        the motion, and its impacts
+    metric, radius
+        the ellipse |M x| ≤ `radius` with M in `metric`, where x are the deviations of time and velocity at its first
+        impact
+    contraction
+        bounds the norm of the return map there
+    """
 
     word: str
     periods: int
@@ -34,7 +45,16 @@ class RegionData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class ArrivalData(ResultsBlock, frozen=True, kw_only=True):
-    """The region that the ball enters from rest, after how many impacts, or why that is not proved."""
+    """The region that the ball enters from rest, after how many impacts, or why that is not proved.
+
+    Attributes
+    ----------
+    region, impacts, bits
+        number from 0 of the region that the ball enters, after how many impacts, in an arithmetic of how many bits;
+        null where that is not proved
+    reason
+        why it is not proved
+    """
 
     region: int | None
     impacts: int | None = None
@@ -43,7 +63,20 @@ class ArrivalData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class ProvedShocks(ResultsBlock, frozen=True, kw_only=True):
-    """The largest shocks that are proved to die out, and what became of each cell."""
+    """The largest shocks that are proved to die out, and what became of each cell.
+
+    Attributes
+    ----------
+    region
+        number of the region
+    largest : y_c
+        size up to which `cells` reach
+    cells
+        how many are proved
+    halved
+        what became of each cell, generation by generation: −1 proved, −2 undecided, 0 halved along the moment, 1
+        along the jump
+    """
 
     region: int
     largest: float
@@ -52,7 +85,21 @@ class ProvedShocks(ResultsBlock, frozen=True, kw_only=True):
 
 
 class ProvedSectionData(ResultsBlock, frozen=True, kw_only=True):
-    """The share of a section of impacts, and of the moments of switching on, that is proved to lead to a motion."""
+    """The share of a section of impacts, and of the moments of switching on, that is proved to lead to a motion.
+
+    Attributes
+    ----------
+    region, name
+        number of the region, and the motion
+    velocity_up_to_m_s, velocity_up_to : m/s, y_c
+        velocity just before impact up to which impacts on the bottom membrane are uniform, as they are in phase
+    share, share_of_switch_on_phases : 1
+        lower bounds of the shares of these impacts, and of the moments of switching on, that provably lead to it
+    cells
+        number of cells of the section that are proved
+    halved, moments
+        what became of each cell of the section (0 halved along the time, 1 along the velocity), and of the moments
+    """
 
     region: int
     name: str = ""
@@ -66,7 +113,21 @@ class ProvedSectionData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class ProofData(ResultsBlock, frozen=True, kw_only=True):
-    """What it takes to check the proofs once more; regions are named by their numbers from 0."""
+    """What it takes to check the proofs once more; regions are named by their numbers from 0.
+
+    Attributes
+    ----------
+    regions
+        those that a motion attracts
+    from_rest
+        the start from rest
+    shocks
+        for each stable motion
+    shocks_reason
+        why there are none; else null
+    sections
+        for each stable motion
+    """
 
     regions: list[RegionData]
     from_rest: ArrivalData
