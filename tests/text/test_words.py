@@ -133,7 +133,7 @@ def followed(*words: str) -> SimpleNamespace:
 
 
 def required(passed: bool, question: str = "MARGIN") -> SimpleNamespace:
-    from vireport.study.judging.evidence import Question
+    from vireport.text.requirements import Question
 
     limit = thing(text="at least 5 %", value=5.0)
     return thing(

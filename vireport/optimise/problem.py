@@ -33,10 +33,11 @@ from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.scenario.writing import as_yaml
 from vireport.study.judging.designs import Designs, keeps_motion
-from vireport.study.judging.evidence import Limit, Question
+from vireport.study.judging.evidence import Limit
 from vireport.study.judging.requirements import OfMargin, OfMotions, OfRun, OfShaker, Requirement, required, spared
 from vireport.study.plan import refuse_undecidable
 from vireport.study.study import Study, analyse
+from vireport.text.requirements import Question
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from msgspec import Struct
 
 from vireport.base.errors import UsageError
-from vireport.text.formatting import OF_A_MODEL, ROUGHLY, rounded_text, stated_text
+from vireport.text.patterns import filled
 from vireport.text.terms import TERMS
 
 EXPLANATION_WIDTH = 100
@@ -82,16 +82,6 @@ class _Phrases(tuple[str, ...]):
         return between.join(self)
 
 
-class _Number(float):
-    """A number of a sentence; its pattern says whether it is given, or told roughly, and with a sign."""
-
-    def __format__(self, kind: str) -> str:
-        sign = "+" if kind.startswith("+") and self > 0 else ""
-        return sign + (
-            stated_text(self) if kind == "given" else rounded_text(self, ROUGHLY if "roughly" in kind else OF_A_MODEL)
-        )
-
-
 class Explanation(Struct, frozen=True, eq=False):
     """What an alert is known by, why it matters, what to do, and the patterns of the sentences on its cause.
 
@@ -124,8 +114,7 @@ class Explanation(Struct, frozen=True, eq=False):
             name: _Phrases(map(self._worded, value)) if isinstance(value, list) else value
             for name, value in sentence.values.items()
         }
-        values |= {name: _Number(value) for name, value in values.items() if isinstance(value, float)}
-        return self.cause[sentence.name].format(**values)
+        return filled(self.cause[sentence.name], values)
 
 
 NO_AMPLITUDE = (

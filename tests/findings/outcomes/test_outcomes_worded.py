@@ -14,10 +14,11 @@ from vireport.design.switched_on import SwitchedOn
 from vireport.findings.outcomes.outcomes import Outcomes, Ramp
 from vireport.findings.outcomes.windows import Edge, Window
 from vireport.scenario.parameters import Parameter
-from vireport.study.judging.evidence import Evidence, Question
+from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.opening import opening_of
 from vireport.study.judging.verdict import Status, verdict_of
 from vireport.text.formatting import ROUGHLY
+from vireport.text.requirements import Question
 from vireport.text.templates import Words
 
 SHOCK = SimpleNamespace(tried=9000, sign=1, leads_to=SimpleNamespace(name="B~ every 3 forcing periods"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -24,14 +25,15 @@ from vireport.scenario.demands import LimitKind
 from vireport.scenario.keys import names_in_order
 from vireport.simulation.attractors import attractors
 from vireport.simulation.starts import random_starts
-from vireport.study.judging.evidence import Criterion, Evidence, Limit, Question, held_against, unmet
+from vireport.study.judging.evidence import Criterion, Evidence, Limit, held_against, unmet
 from vireport.study.judging.ranges import with_peaks
-from vireport.study.judging.requirements import Requirement, assess, requirements
+from vireport.study.judging.requirements import QUANTITIES, Requirement, assess, requirements
 from vireport.study.judging.verdict import Status
 from vireport.study.plan import Task, plan
 from vireport.study.provenance import provenance_of
 from vireport.study.study import results
 from vireport.text.alerts import AlertCode
+from vireport.text.requirements import TITLES, Question, Remark
 
 ROOT = Path(__file__).resolve().parents[3]
 CI = ROOT / "examples" / "ci"
@@ -55,6 +57,12 @@ def test_every_key_of_the_block_is_required_by_one_row() -> None:
     """None is accepted and not judged: without the addition whose row judges it, a key is an unknown one."""
     keys = [key for requirement in requirements() for key in requirement.keys]
     assert keys == names_in_order(RequirementsBlock)
+    assert set(TITLES) == set(QUANTITIES)
+
+
+def test_every_remark_is_made_by_what_judges() -> None:
+    judging = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "vireport/study/judging").glob("*.py"))
+    assert set(re.findall(r"\bRemark\.([A-Z_]+)", judging)) == set(Remark.__members__)
 
 
 def volts(solution) -> dict[str, float]:
@@ -398,8 +406,8 @@ def test_without_stable_motion_nothing_is_met() -> None:
 
 def test_what_an_error_bound_leaves_open_is_not_met() -> None:
     percent = Limit(LimitKind.AT_LEAST, (4.9,), "%")
-    assert held_against(5.0, percent, (), 0.09).passed
-    undecided = held_against(5.0, percent, ("B1",), 0.11)
+    assert held_against(5.0, percent, "", 0.09).passed
+    undecided = held_against(5.0, percent, "B1", 0.11)
     assert not undecided.passed
     assert undecided.why == "not decided: known to within 0.12 % only; B1"  # a bound is rounded up
     volts = Limit(LimitKind.AT_MOST, (5.0,), "V")

@@ -14,10 +14,11 @@ from msgspec.structs import replace
 from vireport.design.solution import Solution
 from vireport.physics.contact import contacts
 from vireport.study.judging.alerts import CAUSES
-from vireport.study.judging.evidence import Evidence, Question
+from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.opening import margin_said, opening_of
 from vireport.study.judging.verdict import Conclusion, Status, Verdict, verdict_of
 from vireport.text.alerts import CATALOGUE, AlertCode, Severity
+from vireport.text.requirements import Question
 from vireport.text.templates import Words
 
 MOTION = SimpleNamespace(count=5, name="BBT every forcing period", stays=False)

@@ -114,7 +114,6 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
 
     def answers(self, outcomes: Outcomes, evidence: Evidence) -> Iterator[AddedAnswer[Outcomes]]:
         """The least shock, what holds against the way from rest, and the jitter."""
-        from vireport.study.judging.evidence import Question
         from vireport.study.judging.verdict import (
             AddedAnswer,
             AddedConclusion,
@@ -123,6 +122,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
             judged_by,
             stable_motions,
         )
+        from vireport.text.requirements import Question
 
         motions = stable_motions(evidence.solution, evidence.atlas)
         withstood = outcomes.withstood if not motions.narrow else None

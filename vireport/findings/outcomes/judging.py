@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 from vireport.base.errors import NumericalError
 from vireport.findings.outcomes.outcomes import Outcomes
+from vireport.findings.outcomes.remarks import ShockRemark
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
-from vireport.study.judging.requirements import NOT_STABLE
 from vireport.text.formatting import percent
+from vireport.text.requirements import Remark
 
 if TYPE_CHECKING:
     from vireport.findings.outcomes.attracting import AttractingMotion, AttractingMotions
@@ -27,24 +28,24 @@ def judged_shock(evidence: Evidence, limit: Limit) -> Judgement:
     if evidence.allowed and attracting is not None:
         withstood = attracting.withstood(allowed_motions(evidence, attracting))
         if withstood is None:
-            raise NumericalError("no stable motion of a word that is required is known at the design point")
+            raise NumericalError(ShockRemark.NO_MOTION)
     if withstood is None:
-        raise NumericalError(NOT_STABLE)
+        raise NumericalError(Remark.NOT_STABLE)
     if withstood.searched_to_m_s is None or withstood.shock is None:
-        raise NumericalError(f"not decided: {withstood.shock_unknown}")
-    tried = (f"by {withstood.shock.tried} shocks tried: evidence, not proof",)
+        raise NumericalError(ShockRemark.UNDECIDED.worded(reason=withstood.shock_unknown))
+    tried = withstood.shock.tried
     if withstood.jump_m_s is not None:
-        return held_against(withstood.jump_m_s, limit, tried)
-    return held_against(withstood.searched_to_m_s, limit, ("none leads out up to there, ", *tried))
+        return held_against(withstood.jump_m_s, limit, ShockRemark.TRIED.worded(count=tried))
+    return held_against(withstood.searched_to_m_s, limit, ShockRemark.NONE_LEADS_OUT.worded(count=tried))
 
 
 def judged_jitter(evidence: Evidence, limit: Limit) -> Judgement:
     """The largest spread of the phase of an impact under the kicks that are given."""
     withstood = outcomes_of(evidence).withstood
     if withstood is None:
-        raise NumericalError(NOT_STABLE)
+        raise NumericalError(Remark.NOT_STABLE)
     if withstood.phase_deg is None or withstood.spread is None:
-        raise NumericalError(f"not decided: {withstood.jitter_unknown}")
+        raise NumericalError(ShockRemark.UNDECIDED.worded(reason=withstood.jitter_unknown))
     return held_against(withstood.phase_deg, limit, bound=withstood.spread.error * withstood.phase_deg)
 
 
@@ -53,7 +54,7 @@ def share_of_starts(evidence: Evidence, attracting: AttractingMotions) -> str | 
     if attracting.others is None:
         return None
     shares = [motion.share or 0.0 for motion in allowed_motions(evidence, attracting)]
-    return f"{percent(sum(shares))} of {attracting.starts} random starts"
+    return ShockRemark.STARTS.worded(share=percent(sum(shares)), total=attracting.starts)
 
 
 def allowed_motions(evidence: Evidence, attracting: AttractingMotions) -> list[AttractingMotion]:

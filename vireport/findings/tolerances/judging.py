@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.base.shares import share_interval
 from vireport.design.devices import devices_off, sample_steps
+from vireport.findings.tolerances.remarks import YieldRemark
 from vireport.study.judging.designs import BORDER, Designs
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
 
@@ -29,13 +30,13 @@ AT_ONCE = 2048
 def judged_yield(results: Evidence, limit: Limit) -> Judgement:
     """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
     if "tolerances" not in results.findings:
-        raise NumericalError("there are no tolerances")
+        raise NumericalError(YieldRemark.NO_TOLERANCES)
     tolerances: Tolerances = results.findings["tolerances"]
     if tolerances.proved:
-        return held_against(100.0, limit, ("every device within the tolerances is proved to have stable motion",))
+        return held_against(100.0, limit, YieldRemark.PROVED)
     sampled = tolerances.sampled
     share = 100 * sampled.stable / sampled.samples
-    counted = (f"{sampled.stable} of {sampled.samples} random devices have stable motion",)
+    counted = YieldRemark.COUNTED.worded(count=sampled.stable, total=sampled.samples)
     return held_against(share, limit, counted, share - 100 * sampled.low)
 
 

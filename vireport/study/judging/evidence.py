@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +21,10 @@ from vireport.physics.groups import by_wall
 from vireport.physics.word import Word
 from vireport.scenario.blocks import RequirementsBlock
 from vireport.scenario.demands import LimitKind
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import Parameter, ScalarInput
 from vireport.study.result_records import CriterionData
-from vireport.text.formatting import OF_A_MODEL, Exactness, apart, error_bound, rounded_text
+from vireport.text.formatting import OF_A_MODEL, Exactness, apart, rounded_text
+from vireport.text.requirements import Question, Remark
 
 if TYPE_CHECKING:
     from vireport.design.compliant.own_stiffness import OwnStiffness
@@ -38,31 +38,12 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-Remark = tuple[str, ...]
-"""Parts of a sentence; an input among them is its key in a text and its symbol and unit on a page."""
-
-
 END_MOVED = 4.0
 """What an end of stable motion moves by with the membranes' own stiffness, over its value and over the share of the
 forcing period that contacts take: 3 and 4 for the lengths of the examples. Velocities and phases move by less."""
 
 FINEST = 5e-7
 """Least relative error of numbers that are shown: no device is made, or measured, to more than six digits."""
-
-
-class Question(StrEnum):
-    """The questions that the verdict answers, in their order; those of additions come after them."""
-
-    ACCEPTED = "Are the requirements met?"
-    MOTION = "Is there stable motion?"
-    WHERE = "Where is the 1:1 motion stable?"
-    MARGIN = "With what margin?"
-    OWN_STIFFNESS = "And with compliant membranes?"
-    FROM_REST = "Is it reached from rest?"
-    REACHED = "Which starts reach it?"
-    VOLTAGE = "What voltage?"
-    SHAKER = "What must the shaker do?"
-    SIMULATED = "Does the simulation agree?"
 
 
 class Limit(Struct, frozen=True, eq=False):
@@ -106,23 +87,29 @@ class Judgement(Struct, frozen=True, eq=False):
         How far the value is on the right side of the limit, in the limit's unit, negative on the wrong one; of a
         range, how far stable motion goes beyond it.
     passed : bool
-    remark : tuple of str
-        Where the value comes from, or why the requirement is not met.
+    why : str
+        Where the value comes from, or why the requirement is not met; an input in it is its key.
     error_bound : float
         Of the value, and so of the margin; a requirement that it leaves undecided is not met.
+    varied : ScalarInput or None
+        The input in `why`, if there is one.
     """
 
     value: float | None
     text: str
     margin: float | None
     passed: bool
-    remark: Remark = ()
+    why: str = ""
     error_bound: float = 0.0
+    varied: ScalarInput | None = None
 
     @property
-    def why(self) -> str:
-        """The remark as a sentence, parameters by their keys."""
-        return "".join(self.remark)
+    def remark(self) -> tuple[str, ...]:
+        """Parts of `why`; an input among them has its symbol and unit on a page."""
+        if self.varied is None:
+            return (self.why,)
+        before, _, after = self.why.partition(self.varied)
+        return before, self.varied, after
 
 
 class Criterion(Struct, frozen=True, eq=False):
@@ -203,8 +190,9 @@ def unmet(criteria: Sequence[Criterion]) -> str:
     if not failed:
         return ""
     names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)
-    count = f"{len(failed)} of {len(criteria)} requirement{'s' if len(criteria) != 1 else ''}"
-    return f"{count} {'is' if len(failed) == 1 else 'are'} not met: {names}"
+    one = Remark.THE_ONE_IS_NOT_MET if len(criteria) == 1 else Remark.ONE_IS_NOT_MET
+    remark = one if len(failed) == 1 else Remark.SOME_ARE_NOT_MET
+    return remark.worded(count=len(failed), total=len(criteria), names=names)
 
 
 class Evidence(Struct, frozen=True, eq=False, dict=True):
@@ -239,9 +227,9 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         """
         design, sweep = self.solution.design, self.solution.sweep
         if self.atlas is None or design is None or sweep is None:
-            raise NumericalError("no motions were followed")
+            raise NumericalError(Remark.NOT_FOLLOWED)
         if not min(sweep.start, sweep.end) <= design.value <= max(sweep.start, sweep.end):
-            raise NumericalError("the design point is not within the sweep, along which motions are followed")
+            raise NumericalError(Remark.BESIDE_SWEEP)
         return self.atlas.stable_at(design.value)
 
     @property
@@ -308,7 +296,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         """
         design = self.solution.design
         if design is None or not design.motions.stable_mask.any():
-            raise NumericalError("there is no stable 1:1 motion at the design point")
+            raise NumericalError(Remark.NOT_STABLE)
         return design
 
     @cached_property
@@ -371,11 +359,11 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         return max((share for share in shares if share is not None), default=None)
 
 
-def held_against(value: float, limit: Limit, remark: Remark = (), bound: float = 0.0) -> Judgement:
+def held_against(value: float, limit: Limit, why: str = "", bound: float = 0.0) -> Judgement:
     """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
     # Numbers of NumPy are no part of a judgement: neither is whether it is passed.
     required, value, bound = limit.value, float(value), float(bound)
     margin = value - required if limit.is_least else required - value
     if margin >= 0 > margin - bound:
-        remark = (f"not decided: known to within {error_bound(bound)} {limit.unit} only; ", *remark)
-    return Judgement(value, f"{apart((value, required))[0]} {limit.unit}", margin, margin - bound >= 0, remark, bound)
+        why = Remark.UNDECIDED.worded(error=bound, unit=limit.unit, remark=why)
+    return Judgement(value, f"{apart((value, required))[0]} {limit.unit}", margin, margin - bound >= 0, why, bound)

@@ -24,7 +24,8 @@ from vireport.scenario.demands import LimitKind
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.designs import Designs, at_each_value, may_be_stable, steps_between
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
-from vireport.text.formatting import apart, error_bound, span
+from vireport.text.formatting import apart, span
+from vireport.text.requirements import Remark
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -43,7 +44,7 @@ def unit_of_swept(parameter: Parameter) -> str:
 
 def _swept(results: Evidence) -> BifurcationDiagram:
     if results.solution.diagram is None:
-        raise NumericalError("there is no sweep")
+        raise NumericalError(Remark.NO_SWEEP)
     return results.solution.diagram
 
 
@@ -82,17 +83,19 @@ def _covered(diagram: BifurcationDiagram, limit: Limit) -> Judgement:
     (low, high), unit = limit.numbers, limit.unit
     shared = [part for part in stable_ranges(diagram) if min(part.end, high) > max(part.start, low)]
     if not shared:
-        return Judgement(0.0, "nowhere", None, False, ("there is no stable 1:1 motion in the range",))
+        return Judgement(0.0, Remark.STABLE_NOWHERE, None, False, Remark.NOT_IN_RANGE)
     widest = max(shared, key=lambda part: min(part.end, high) - max(part.start, low))
     sides = list(_beyond(diagram, widest, low, high))
     margins = [margin for margin, _, _ in sides if margin is not None]
     broken = "; ".join(
-        f"stable motion ends at {apart((end, low, high))[0]} {unit} ({what})" for _, end, what in sides if what
+        Remark.ENDS_AT.worded(value=apart((end, low, high))[0], unit=unit, event=event)
+        for _, end, event in sides
+        if event
     )
     ranges = ", ".join(f"{span(part.start, part.end)} {unit}" for part in shared)
     width = sum(min(part.end, high) - max(part.start, low) for part in shared)
-    why = broken or ("" if margins else "stable motion ends nowhere in the range looked at")
-    return Judgement(width, f"stable from {ranges}", min(margins, default=None), not broken, (why,))
+    why = broken or ("" if margins else Remark.ENDS_NOWHERE)
+    return Judgement(width, Remark.STABLE_FROM.worded(ranges=ranges), min(margins, default=None), not broken, why)
 
 
 def _beyond(
@@ -106,12 +109,13 @@ def _beyond(
     for (value, point), beyond in zip(part.ends, (low - part.start, part.end - high), strict=True):
         if point is not None:
             bound = point.error_bound
-            text = f"{point.event.words}, known to within {error_bound(bound)} {unit_of_swept(diagram.sweep.parameter)}"
-            yield beyond, value, "" if beyond > bound else text
+            unit = unit_of_swept(diagram.sweep.parameter)
+            event = Remark.EVENT.worded(event=point.event.words, error=bound, unit=unit)
+            yield beyond, value, "" if beyond > bound else event
         elif value in swept and beyond >= 0:
             yield None, value, ""
         else:
-            yield beyond, value, "" if beyond > ROUNDING * abs(value) else "end of what is known"
+            yield beyond, value, "" if beyond > ROUNDING * abs(value) else Remark.END_OF_KNOWN
 
 
 def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
@@ -121,7 +125,7 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
     if (ends := _range(required)) is not None:
         low, high = ends
         if not _covered(diagram, Limit(LimitKind.RANGE, (low, high), "")).passed:
-            raise NumericalError("there is no stable 1:1 motion over all of the range that is required")
+            raise NumericalError(Remark.NOT_OVER_RANGE)
         samples += [_u_ave_at(solution, value) for value in (low, high)]
     bound = 0.0
     for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
@@ -136,9 +140,9 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
             bound = max(bound, summit + float(bounds["average_v"][rows].max()))
     u_ave = np.concatenate(samples)
     if not u_ave.size:
-        raise NumericalError("there is no stable 1:1 motion in the sweep")
+        raise NumericalError(Remark.NOT_IN_SWEEP)
     least, most = float(u_ave.min()), float(u_ave.max())
-    return held_against(most - least, limit, (f"U_ave from {span(least, most)} V",), 2 * bound)
+    return held_against(most - least, limit, Remark.U_AVE.worded(range=span(least, most)), 2 * bound)
 
 
 def _range(required: RequirementsBlock | None) -> tuple[float, float] | None:

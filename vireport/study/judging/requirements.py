@@ -1,9 +1,9 @@
 """The requirements that there are: each is a row, by which a run and a search for the best design judge alike.
 
 A row has the key under which a scenario requires it, its title, the question that it answers, and its quantity. How it
-limits and what it needs is declared with the key (`scenario.Demand`). A requirement is met only where that is certain:
-what an error bound leaves open, what a failed cross-check puts in doubt and what cannot be evaluated is not met, and
-says why.
+limits and what it needs is declared with the key (`scenario.Demand`), words are in `text.requirements`. A requirement
+is met only where that is certain: what an error bound leaves open, what a failed cross-check puts in doubt and what
+cannot be evaluated is not met, and says why.
 
 A quantity judges one design by a run's results. Of many designs at once, as arrays, it gives the exact value, or only
 which surely fail; what is open then is judged one by one.
@@ -40,7 +40,7 @@ from vireport.scenario.keys import names_in_order, value_at
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.designs import Designs, keeps_motion
-from vireport.study.judging.evidence import Criterion, Evidence, Judgement, Limit, Question, held_against
+from vireport.study.judging.evidence import Criterion, Evidence, Judgement, Limit, held_against
 from vireport.study.judging.findings import findings, found_by
 from vireport.study.judging.impacts import Impacts, at_design, followed, largest, spread
 from vireport.study.judging.ranges import (
@@ -52,7 +52,8 @@ from vireport.study.judging.ranges import (
     u_ave_difference,
     unit_of_swept,
 )
-from vireport.text.formatting import OF_INPUTS, ROUGHLY, percent, rounded_text, stated_text
+from vireport.text.formatting import OF_INPUTS, percent, rounded_text, stated_text
+from vireport.text.requirements import TITLES, Remark
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -68,12 +69,6 @@ OF_RESTITUTION = {
     LeftOut.RESTITUTION_TOP: DesignInput.RESTITUTION_TOP,
 }
 """The effects that are another value of an input: with these many designs are judged at once."""
-
-NOT_STABLE = "there is no stable 1:1 motion at the design point"
-"""Why what a stable motion does is not judged."""
-
-DISAGREEMENT = "the simulation does not agree with the solution"
-"""Why nothing is met where the cross-check fails."""
 
 
 class OfMotions(Struct, frozen=True, eq=False):
@@ -96,13 +91,13 @@ class OfMotions(Struct, frozen=True, eq=False):
         if results.only_one_to_one:
             number = self.of(at_design(results), ROUNDED)
             values, bound = number.value.tolist(), float(number.error.max())
-            several = len(values) > 1
-            remark = (f"the {'least' if limit.is_least else 'largest'} of {len(values)} stable motions",) * several
-            return held_against(_worst(values, limit), limit, remark, bound)
+            worst = Remark.LEAST if limit.is_least else Remark.LARGEST
+            why = worst.worded(count=len(values)) if len(values) > 1 else ""
+            return held_against(_worst(values, limit), limit, why, bound)
         families, numbers = zip(*((family, self.of(x, ROUNDED)) for family, x in followed(results)), strict=True)
         values = [float(number.value) for number in numbers]
         value, bound = _worst(values, limit), max(float(number.error) for number in numbers)
-        return held_against(value, limit, (f"of {families[values.index(value)].name}",), bound)
+        return held_against(value, limit, Remark.OF_MOTION.worded(motion=families[values.index(value)].name), bound)
 
     def slack(self, designs: Designs, limit: Limit) -> Floats:
         """How far designs are on the right side of a limit, over it; negative on the wrong one, NaN without motion."""
@@ -164,19 +159,15 @@ class OfMargin(Struct, frozen=True, eq=False):
         """Hold the least relative distance against a limit in per cent."""
         design, device = results.design, results.solution.device
         if design.unresolved_inputs:
-            names = ", ".join(design.unresolved_inputs)
-            raise NumericalError(f"rounding does not resolve where stable motion ends along {names}")
+            raise NumericalError(Remark.ENDS_UNRESOLVED.worded(inputs=", ".join(design.unresolved_inputs)))
         ends = design.limits(*self.kinds)
         nearest = next((end for end in ends if end.relative is not None), None)
         if nearest is None:
-            return Judgement(None, "none in any input", None, True)
-        remark = (
-            f"{nearest.name} at ",
-            nearest.parameter,
-            f" = {rounded_text(nearest.sweep_value, results.exactness)}",
-        )
-        bound = nearest.error_bound / float(device.value_of(nearest.parameter))
-        return held_against(100 * nearest.size, limit, remark, 100 * bound)
+            return Judgement(None, Remark.NO_END, None, True)
+        varied, value = nearest.parameter, rounded_text(nearest.sweep_value, results.exactness)
+        why = Remark.END.worded(event=nearest.name, input=varied, value=value)
+        bound = nearest.error_bound / float(device.value_of(varied))
+        return replace(held_against(100 * nearest.size, limit, why, 100 * bound), varied=varied)
 
     def may_meet(self, designs: Designs, limit: Limit) -> Mask:
         """Which designs may have the margin; all others surely have not."""
@@ -205,6 +196,9 @@ class OfRun(Struct, frozen=True, eq=False):
         return np.ones(designs.count, dtype=bool) if self.before_run is None else self.before_run(designs, limit)
 
 
+Quantity = OfMotions | OfShaker | OfMargin | OfRun
+
+
 class Requirement(Struct, frozen=True, eq=False, dict=True):
     """A row of the table of what can be required.
 
@@ -215,13 +209,13 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
     title : str
     question : str
         Which answer of the verdict it is about.
-    quantity : OfMotions, OfShaker, OfMargin or OfRun
+    quantity : Quantity
     """
 
     key: str
     title: str
     question: str
-    quantity: OfMotions | OfShaker | OfMargin | OfRun
+    quantity: Quantity
 
     @cached_property
     def demand(self) -> Demand:
@@ -311,9 +305,9 @@ def _judgement(results: Evidence, requirement: Requirement, limit: Limit) -> Jud
     try:
         judgement = requirement.quantity.judgement(results, limit)
     except NumericalError as error:
-        return Judgement(None, "not known", None, False, (str(error),))
+        return Judgement(None, Remark.NOT_KNOWN, None, False, str(error))
     if judgement.passed and results.crosscheck is not None and not results.crosscheck.passed:
-        return replace(judgement, passed=False, remark=(DISAGREEMENT,))
+        return replace(judgement, passed=False, why=Remark.DISAGREEMENT, varied=None)
     return judgement
 
 
@@ -325,16 +319,17 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
         family.name for family, _ in results.stable if family.word.canonical(mirror).letters not in allowed
     )
     if not names:
-        raise NumericalError("no stable motion is known at the design point")
-    why = [f"stable there, and not allowed: {', '.join(others)}"] if others else []
+        raise NumericalError(Remark.NO_MOTION)
+    why = [Remark.NOT_ALLOWED.worded(motions=", ".join(others))] if others else []
     end, reached = results.from_rest, results.is_reached
     if end is not None:
-        settles = f" after {end.settles_after} periods" if reached and end.settles_after is not None else ""
-        why.append(f"from rest the device {'reaches it' if reached else f'comes to {end.name}'}{settles}")
-    if (share := _share_of_starts(results)) is not None:
+        settles = Remark.REACHES if end.settles_after is None else Remark.REACHES_AFTER
+        why.append((settles if reached else Remark.COMES_TO).worded(motion=end.name, periods=end.settles_after))
+    if (starts := _share_of_starts(results)) is not None:
         # Not of what the device comes to: of the words that are required.
-        why.append(f"so do {share}" if reached else f"to {' or '.join(limit.words)} come {share}")
-    return Judgement(None, ", ".join(names), None, reached and not others, ("; ".join(why),))
+        share = Remark.STARTS_TOO if reached else Remark.STARTS_TO
+        why.append(share.worded(words=" or ".join(limit.words), starts=starts))
+    return Judgement(None, ", ".join(names), None, reached and not others, "; ".join(why))
 
 
 def _share_of_starts(results: Evidence) -> str | None:
@@ -348,24 +343,27 @@ def _share_of_starts(results: Evidence) -> str | None:
     row = int(np.argmin(np.abs(check.values - design.value)))
     ends = check.found[row]
     count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
-    return f"{count} of {len(ends)} random starts at {design.parameter.place(float(check.values[row]))}"
+    place = design.parameter.place(float(check.values[row]))
+    return Remark.STARTS.worded(count=count, total=len(ends), place=place)
 
 
 def _reached(results: Evidence, limit: Limit) -> Judgement:
     """From rest the device comes to a motion that is allowed, or where none is named to the 1:1 motion."""
     end = results.from_rest
     if end is None:
-        raise NumericalError("there is no design point")
+        raise NumericalError(Remark.NO_DESIGN_POINT)
     passed = results.is_reached
-    after = (f"after {end.settles_after} periods",) if passed and end.settles_after is not None else ()
-    return Judgement(None, end.name, None, passed, after)
+    after = end.settles_after if passed else None
+    return Judgement(None, end.name, None, passed, "" if after is None else Remark.AFTER.worded(periods=after))
 
 
 def _recovery(results: Evidence, limit: Limit) -> Judgement:
     disturbances = results.switched_on
     if disturbances is None or disturbances.recovery is None:
         raise NumericalError(
-            NOT_STABLE if disturbances is None or disturbances.no_recovery is None else str(disturbances.no_recovery)
+            Remark.NOT_STABLE
+            if disturbances is None or disturbances.no_recovery is None
+            else str(disturbances.no_recovery)
         )
     return held_against(disturbances.recovery.periods, limit, bound=disturbances.recovery.error_bound)
 
@@ -374,34 +372,35 @@ def _distortion(results: Evidence, limit: Limit) -> Judgement:
     """The least harmonic found or, where none ends stable motion, the largest that was looked at."""
     distortions = results.solution.design.distortions if results.solution.design is not None else ()
     if not distortions:
-        raise NumericalError(NOT_STABLE)
+        raise NumericalError(Remark.NOT_STABLE)
     finite = [harmonic for harmonic in distortions if harmonic.share is not None]
     if not finite:
-        return held_against(100 * distortions[0].searched_to, limit, ("none ends stable motion up to there",))
+        return held_against(100 * distortions[0].searched_to, limit, Remark.NO_DISTORTION)
     least = min(finite, key=lambda harmonic: harmonic.share or 0.0)
-    at = (f"of order {least.order}, at {rounded_text(least.phase_deg)} degrees: found by rays, not proved",)
-    return held_against(100 * (least.share or 0.0), limit, at, 100 * (least.error_bound or 0.0))
+    why = Remark.DISTORTION.worded(order=least.order, phase=least.phase_deg)
+    return held_against(100 * (least.share or 0.0), limit, why, 100 * (least.error_bound or 0.0))
 
 
 def _with_effects(results: Evidence, limit: Limit) -> Judgement:
     """The least margin with any of the effects; without stable motion with one of them it is nothing."""
     shifts = results.effects
     if shifts is None or shifts.end is None:
-        raise NumericalError(NOT_STABLE if shifts is None or shifts.absence is None else str(shifts.absence))
+        raise NumericalError(Remark.NOT_STABLE if shifts is None or shifts.absence is None else str(shifts.absence))
     for shift in shifts.rows:
         if not shift.computed and shift.least is None:
-            raise NumericalError(f"{shift.effect.left_out}: {shift.absence}")
+            raise NumericalError(Remark.EFFECT_OPEN.worded(effect=shift.effect.left_out, reason=shift.absence))
     least_margins = [(shift.least, shift.effect) for shift in shifts.rows if shift.least is not None]
     if not least_margins:
-        raise NumericalError("none of the effects applies to the device")
+        raise NumericalError(Remark.NO_EFFECT)
     least, worst = min(least_margins, key=itemgetter(0))
     if least == inf:
-        return Judgement(None, "none in any input", None, True)
-    size = f" {percent(worst.size, OF_INPUTS, signed=True)}" if worst.size else ""
+        return Judgement(None, Remark.NO_END, None, True)
+    size = percent(worst.size, OF_INPUTS, signed=True) if worst.size else ""
     if worst.left_out is LeftOut.RESTITUTION_SPEED:
-        size = f" {stated_text(worst.size)}"
-    worst_is = (f"with {worst.left_out.replace('_', ' ')}{size}",)
-    return held_against(100 * least, limit, worst_is, 100 * LOCATED_SHARE)
+        size = stated_text(worst.size)
+    worst_is = Remark.WITH_EFFECT_OF if size else Remark.WITH_EFFECT
+    why = worst_is.worded(effect=worst.left_out.replace("_", " "), size=size)
+    return held_against(100 * least, limit, why, 100 * LOCATED_SHARE)
 
 
 def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
@@ -422,18 +421,13 @@ def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
 def _agreement(results: Evidence, limit: Limit) -> Judgement:
     check = results.crosscheck
     if check is None:
-        raise NumericalError("there is no simulation")
-    again = (f"{check.orbits - len(check.misses)} of {check.orbits} stable orbits found again",)
+        raise NumericalError(Remark.NO_SIMULATION)
+    again = Remark.AGAIN.worded(count=check.orbits - len(check.misses), total=check.orbits)
     if not check.orbits:
-        return Judgement(None, *again, None, False, ("there was no stable orbit to compare",))
+        return Judgement(None, again, None, False, Remark.NO_ORBIT)
     difference = max(check.velocity_difference, check.phase_difference)
-    return Judgement(
-        difference,
-        f"largest difference {rounded_text(difference, ROUGHLY)}",
-        limit.value - difference,
-        check.passed,
-        again,
-    )
+    text = Remark.DIFFERENCE.worded(difference=difference)
+    return Judgement(difference, text, limit.value - difference, check.passed, again)
 
 
 PERIOD_DOUBLING, GRAZING = (OfMargin((kind,)) for kind in (Event.PERIOD_DOUBLING, Event.GRAZING))
@@ -450,65 +444,35 @@ AREA_RATIO = OfMotions(
 EFFICIENCY = OfMotions(lambda motions, _: 100 * motions.efficiency)
 FIELD = OfMotions(lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True)
 
-REQUIREMENTS = (
-    Requirement(
-        "stable_from",
-        "Stable 1:1 motion over the range",
-        Question.WHERE,
-        OfRun(stable_over_range, may_be_stable_over_range),
-    ),
-    Requirement(
-        "inclination_from_deg",
-        "Stable 1:1 motion over the inclinations",
-        Question.WHERE,
-        OfRun(stable_over_inclinations, may_be_stable_over_inclinations),
-    ),
-    Requirement("margin_period_doubling_percent", "Margin to period doubling", Question.MARGIN, PERIOD_DOUBLING),
-    Requirement("margin_grazing_percent", "Margin to grazing", Question.MARGIN, GRAZING),
-    Requirement("margin_any_percent", "Margin to the end of stable motion", Question.MARGIN, OfMargin(CRITICAL)),
-    Requirement("word", "Stable motion at the design point", Question.MOTION, OfRun(_words)),
-    Requirement("reached_from_rest", "Reached from rest", Question.FROM_REST, OfRun(_reached)),
-    Requirement("recovers_within_periods", "Recovery from small disturbances", Question.FROM_REST, OfRun(_recovery)),
-    Requirement(
-        "margin_with_effects_percent",
-        "Margin with what is left out",
-        Question.MARGIN,
-        OfRun(_with_effects, _may_with_effects, dear=True),
-    ),
-    Requirement(
-        "withstands_distortion_percent", "Distortion that is withstood", Question.MARGIN, OfRun(_distortion, dear=True)
-    ),
-    Requirement("u_ave_at_least_v", "U_ave", Question.VOLTAGE, U_AVE),
-    Requirement(
-        "u_ave_difference_at_most_v",
-        "Difference of U_ave over the stable range",
-        Question.VOLTAGE,
-        OfRun(u_ave_difference, may_change_little),
-    ),
-    Requirement(
-        "u_bottom_top_difference_at_most_v", "Difference of voltage between the ends", Question.VOLTAGE, END_DIFFERENCE
-    ),
-    Requirement("deflection_at_most_m", "Deflection", Question.VOLTAGE, DEFLECTION),
-    Requirement(
-        "deflection_at_most_percent", "Deflection over the membrane's radius", Question.VOLTAGE, DEFLECTION_SHARE
-    ),
-    Requirement("area_ratio_at_most", "Area of a membrane over that when it is flat", Question.VOLTAGE, AREA_RATIO),
-    Requirement("power_at_least_mw", "Mean electrical power", Question.VOLTAGE, POWER),
-    Requirement("efficiency_at_most_percent", "Electrical efficiency", Question.VOLTAGE, EFFICIENCY),
-    Requirement("field_at_most_percent", "Electric field over breakdown field", Question.VOLTAGE, FIELD),
-    Requirement(
-        "acceleration_at_most_g",
-        "Acceleration of the shaker",
-        Question.SHAKER,
-        OfShaker(lambda shaker: shaker.acceleration_g),
-    ),
-    Requirement("stroke_at_most_m", "Stroke of the shaker", Question.SHAKER, OfShaker(lambda shaker: shaker.stroke_m)),
-    Requirement(
-        "force_at_most_n", "Force of the shaker", Question.SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)
-    ),
-    Requirement("crosscheck_passed", "Simulation agrees", Question.SIMULATED, OfRun(_agreement)),
-)
-"""All that can be required of the core, in the order of the acceptance table."""
+QUANTITIES: dict[str, Quantity] = {
+    "stable_from": OfRun(stable_over_range, may_be_stable_over_range),
+    "inclination_from_deg": OfRun(stable_over_inclinations, may_be_stable_over_inclinations),
+    "margin_period_doubling_percent": PERIOD_DOUBLING,
+    "margin_grazing_percent": GRAZING,
+    "margin_any_percent": OfMargin(CRITICAL),
+    "word": OfRun(_words),
+    "reached_from_rest": OfRun(_reached),
+    "recovers_within_periods": OfRun(_recovery),
+    "margin_with_effects_percent": OfRun(_with_effects, _may_with_effects, dear=True),
+    "withstands_distortion_percent": OfRun(_distortion, dear=True),
+    "u_ave_at_least_v": U_AVE,
+    "u_ave_difference_at_most_v": OfRun(u_ave_difference, may_change_little),
+    "u_bottom_top_difference_at_most_v": END_DIFFERENCE,
+    "deflection_at_most_m": DEFLECTION,
+    "deflection_at_most_percent": DEFLECTION_SHARE,
+    "area_ratio_at_most": AREA_RATIO,
+    "power_at_least_mw": POWER,
+    "efficiency_at_most_percent": EFFICIENCY,
+    "field_at_most_percent": FIELD,
+    "acceleration_at_most_g": OfShaker(lambda shaker: shaker.acceleration_g),
+    "stroke_at_most_m": OfShaker(lambda shaker: shaker.stroke_m),
+    "force_at_most_n": OfShaker(lambda shaker: shaker.force_n, error=0.0),
+    "crosscheck_passed": OfRun(_agreement),
+}
+"""What is held against each limit of the core, by the requirement's first key."""
+
+REQUIREMENTS = tuple(Requirement(key, *TITLES[key], quantity) for key, quantity in QUANTITIES.items())
+"""All that can be required of the core."""
 
 
 @cache

@@ -22,12 +22,13 @@ from vireport.motions.points import Point
 from vireport.motions.stability import Stability
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
-from vireport.study.judging.evidence import Criterion, Evidence, Question, unmet_criteria
+from vireport.study.judging.evidence import Criterion, Evidence, unmet_criteria
 from vireport.study.judging.findings import findings, found_by
 from vireport.study.judging.least_margin import MarginToUse, margin_to_use
 from vireport.study.judging.stretch import severity_of
 from vireport.text.alerts import Severity
 from vireport.text.formatting import Exactness
+from vireport.text.requirements import Question
 
 if TYPE_CHECKING:
     from vireport.design.compliant.own_stiffness import OwnStiffness, StabilityEnd
