@@ -52,7 +52,7 @@ OF_ADDITIONS = {
         "outcomes",
         "verify",
     },
-    "cli/test_readme.py": {"proofs"},
+    "cli/test_readme.py": {"driven", "proofs", "tolerances"},
     "comparison/test_compare.py": {"outcomes"},
     "figures/test_figures_for_papers.py": {"compare", "map", "optimise"},
     "figures/test_readable_figures.py": {"checks", "compare", "map", "membranes"},

@@ -84,7 +84,6 @@ if TYPE_CHECKING:
     from vireport.design.effects import Shifts
     from vireport.design.followed import FollowedMotion
     from vireport.design.switched_on import SwitchedOn
-    from vireport.measurement.shaker import ShakerFinding
     from vireport.motions.families import Atlas, Family, Mark
     from vireport.simulation.attractors import Attractor
     from vireport.simulation.following import Course, Jump
@@ -409,18 +408,6 @@ def margin_data(margin: Margin) -> MarginData:
             for order, slopes in margin.by_harmonics.items()
         },
     )
-
-
-def shaker_finding_data(doubt: ShakerFinding) -> dict[str, Any]:
-    """What may be wrong with a recorded acceleration, as data; null is what a finding does not have."""
-    data = {"kind": doubt.doubt.value, "channel": doubt.channel, "value": doubt.value}
-    match doubt.doubt.value:
-        case "lone_sample":
-            return data | {"at_s": doubt.at_s, "recorded_m_s2": doubt.recorded, "others_within_m_s2": doubt.stated}
-        case "clipped":
-            return data
-        case _:
-            return data | {"recorded_m_s2": doubt.recorded, "scenario_m_s2": doubt.stated}
 
 
 def switched_on_data(switched: SwitchedOn) -> DisturbancesData:

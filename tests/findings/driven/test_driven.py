@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import EXAMPLES, first
+from msgspec.structs import replace
 from pages import Page
 from scipy.interpolate import CubicSpline
 from scipy.io import savemat
@@ -18,13 +19,17 @@ from scipy.io import savemat
 from vireport import UsageError, analyse, load
 from vireport.base.errors import VireportError
 from vireport.base.reading import ReadingPlace
+from vireport.base.records import plain
 from vireport.cli.app import main
 from vireport.design.solution import solution_of, stable_motion
 from vireport.findings.driven.driven import Driven, driven_by
 from vireport.findings.driven.means import NoInterval, batched
+from vireport.findings.driven.results import DrivenData, driven_data
+from vireport.measurement.shaker import ShakerDoubt, ShakerFinding
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.study.judging.verdict import Status
+from vireport.study.reading import read_record
 
 RATE = 100.0
 FILM = "device.membrane={thickness_m: 1e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1e8}"
@@ -141,6 +146,11 @@ def ran(tmp_path_factory) -> Path:
 @pytest.mark.slow
 def test_results_have_the_record_beside_the_prediction(ran: Path) -> None:
     data = json.loads((ran / "results.json").read_text())["driven"]
+    assert plain(read_record(data, DrivenData, "results", "driven")) == data
+    with pytest.raises(
+        UsageError, match=r"^results: driven\.speed_top_m_s\.reason: expected one of short, drifts, got"
+    ):
+        read_record(data | {"speed_top_m_s": {**data["speed_top_m_s"], "reason": "x"}}, DrivenData, "results", "driven")
     assert data["record"] == "records/shaker.wav"
     assert data["words"] == [{"word": "BT", "share": 1.0}]
     assert data["excitation"]["frequency_hz"] == pytest.approx(2.001, abs=1e-5)
@@ -148,6 +158,22 @@ def test_results_have_the_record_beside_the_prediction(ran: Path) -> None:
     assert [own["order"] for own in data["excitation"]["harmonics"]] == [2]
     speed = data["speed_top_m_s"]
     assert speed["from"] < data["predicted"]["speed_top_m_s"] < speed["to"]
+
+
+@pytest.mark.slow
+def test_a_doubt_about_a_record_has_the_numbers_of_its_kind(study_of) -> None:
+    doubts = (
+        ShakerFinding(ShakerDoubt.LONE, "a", 30.0, 1.5, 40.0, 2.0),
+        ShakerFinding(ShakerDoubt.CLIPPED, "a", 0.1),
+        ShakerFinding(ShakerDoubt.REVERSED, "a", 1.02, recorded=24.0, stated=23.5),
+    )
+    data = plain(driven_data(replace(study_of("driven").driven, doubts=doubts)))["findings"]
+    numbers = {"at_s": 1.5, "recorded_m_s2": 40.0, "others_within_m_s2": 2.0}
+    assert data == [
+        {"kind": "lone_sample", "channel": "a", "value": 30.0, **numbers},
+        {"kind": "clipped", "channel": "a", "value": 0.1},
+        {"kind": "reversed", "channel": "a", "value": 1.02, "recorded_m_s2": 24.0, "scenario_m_s2": 23.5},
+    ]
 
 
 @pytest.mark.parametrize(

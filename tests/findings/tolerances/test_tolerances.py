@@ -22,12 +22,13 @@ from vireport import (
     recheck,
 )
 from vireport.base.errors import UsageError
+from vireport.base.records import plain
 from vireport.cli.app import main
 from vireport.design.devices import devices_off, stable_motions
 from vireport.design.point import design_point
 from vireport.findings.tolerances.proof import Leaf, prove_again, prove_region
 from vireport.findings.tolerances.region import Region, region_of
-from vireport.findings.tolerances.results import worst_scenario
+from vireport.findings.tolerances.results import TolerancesData, worst_scenario
 from vireport.physics.affine import AFFINE, Affine
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups
@@ -35,6 +36,7 @@ from vireport.scenario.blocks import CapsuleMotion
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.events import BOTTOM, check_model, follow_impacts
 from vireport.simulation.kernel import PHASE, VELOCITY
+from vireport.study.reading import read_record
 
 PAPER = ("horizontal", "inclined", "inclined-forcing", "design-point")
 BINARY = (operator.add, operator.sub, operator.mul, operator.truediv)
@@ -280,6 +282,7 @@ def test_what_is_proved_is_proved_again_from_the_results(example) -> None:
     outcome = data["tolerances"]
     assert (outcome["answer"], outcome["open_share"], outcome["worst"]) == ("proved", 0, None)
     assert outcome["boxes"] > 1
+    assert plain(read_record(outcome, TolerancesData, "results")) == outcome
     assert recheck(data) == 1
     proof = outcome["proof"]
     outcome["proof"] = proof | {key: [] for key in ("u", "phi_bottom_rad", "velocity_bottom")}
@@ -288,6 +291,14 @@ def test_what_is_proved_is_proved_again_from_the_results(example) -> None:
     for forged in (int(Leaf.PROVED), int(Leaf.OPEN), -3):
         outcome["proof"] = proof | {"halved": [forged, *proof["halved"][1:]]}
         assert recheck(data) < 1
+    outcome["proof"] = {"halved": [1, 0.5], "u": ["x"], "phi_bottom_rad": []}
+    with pytest.raises(UsageError) as error:
+        recheck(data)
+    assert error.value.lines == (
+        "results: tolerances.proof.halved[1]: expected a whole number, got the number 0.5",
+        "results: tolerances.proof.u[0]: expected a number, got a text",
+        "results: tolerances.proof.velocity_bottom: is missing",
+    )
     with pytest.raises(UsageError, match="no proof"):
         recheck({**data, "tolerances": None})
 
@@ -307,6 +318,7 @@ def test_the_worst_device_is_a_scenario_without_stable_motion(example, tmp_path)
     outcome = json.loads((out / "results.json").read_text())["tolerances"]
     text = (out / "worst.yaml").read_text()
     assert outcome["answer"] == "refuted"
+    assert plain(read_record(outcome, TolerancesData, "results")) == outcome
     assert text.startswith(outcome["worst"]["scenario"])  # what made the file stands below it
     worst = loads(text).scenario
     assert (worst.device.length_m, worst.excitation.frequency_hz) == pytest.approx((0.644, 1.96))

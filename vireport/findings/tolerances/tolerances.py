@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from enum import Enum
+from enum import StrEnum
 from functools import partial
 from typing import Any
 
@@ -28,7 +28,7 @@ PERCENTILES = {"least": 0, "percentile_5": 5, "median": 50, "percentile_95": 95,
 """What is said of the range of a quantity."""
 
 
-class Answer(Enum):
+class Answer(StrEnum):
     """Whether every device within the tolerances has a stable 1:1 motion; the value is its name in results.json."""
 
     PROVED = "proved"
