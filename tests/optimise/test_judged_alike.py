@@ -150,6 +150,57 @@ def test_run_and_optimise_judge_designs_alike(requirements: tuple[Requirement, .
         assert False in outcomes or kind in (LimitKind.AGREEMENT, LimitKind.WORDS), key
 
 
+KINDS = {
+    "as it is": ("restitution: 0.5", "restitution: 0.5"),
+    "a free capsule": ("restitution: 0.5", "restitution: 0.5\n  capsule: free"),
+    "two restitutions": ("restitution: 0.5", "restitution_bottom: 0.6\n  restitution_top: 0.4"),
+    "horizontal": ("inclination_deg: 45", "inclination_deg: 0"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_starts_by_itself_is_told_without_a_run(kind: str) -> None:
+    device = DEVICE.replace(*KINDS[kind])
+    vary = "{path: device.length_m, from: 0.3, to: 1.2}, {path: excitation.amplitude_n, from: 1.5, to: 6}"
+    required = f"requirements: {{{unlimited('reached_from_rest: true')}}}\n"
+    problem = problem_of(loads(f"{device}{required}design: {{maximise: u_ave_v, cells: 16, vary: [{vary}]}}\n"))
+    told = set()
+    for t in np.random.default_rng(5).uniform(size=(24, 2)):
+        reached = problem.study(t).evidence.is_reached
+        assert problem.starts(t) is reached
+        told.add(reached)
+    assert told == {False, True}
+
+
+def test_a_run_alone_tells_whether_a_design_starts_at_any_moment_or_comes_to_a_word() -> None:
+    vary = f"design: {{maximise: u_ave_v, cells: 16, vary: [{LENGTH}]}}\n"
+    start = f"{DEVICE}{vary}requirements: {{reached_from_rest: true"
+    for text in (
+        f"{start}}}\ndisturbances: {{}}\n",
+        f"{start}, word: BT}}\nmotions: {{impacts: 2}}\nsweep: {{parameter: length_m, from: 0.6, to: 0.8}}\n",
+    ):
+        assert problem_of(loads(text)).starts(np.array([0.5])) is None
+    assert problem_of(loads(f"{start}}}\n")).starts(np.array([0.5])) is True
+
+
+def test_a_design_that_does_not_start_takes_no_run_once_one_is_nearest(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = f"{DEVICE}requirements: {{{unlimited('reached_from_rest: true')}}}\n"
+    text += f"design: {{maximise: u_ave_v, cells: 16, vary: [{LENGTH}]}}\n"
+    grid, runs = grid_of(problem_of(loads(text))), list[float]()
+    monkeypatch.setattr(Problem, "starts", lambda problem, t: bool(t[0] > 0.9))
+
+    def judged(problem: Problem, t: np.ndarray):
+        runs.append(float(t[0]))
+        return judged_design(problem, t)
+
+    monkeypatch.setattr("vireport.optimise.grid.judged_design", judged)
+    points = [grid.judge_better(np.array([share])) for share in (0.4, 0.6, 1.0)]
+    assert [point is None for point in points] == [False, True, False]
+    assert runs == [0.4, 1.0]
+    assert grid.judged.count == len(grid.judged.verdicts) == 3
+
+
 LENGTH, FORCE = "{path: device.length_m, from: 0.6, to: 0.9}", "{path: excitation.amplitude_n, from: 2, to: 6}"
 
 

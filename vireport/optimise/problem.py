@@ -235,6 +235,16 @@ class Problem(Struct, frozen=True):
         """
         return analyse(loads(self.scenario_text(t, lean=True), self.loaded.document.name), ())
 
+    def starts(self, t: Floats) -> bool | None:
+        """Whether a design comes from rest to its 1:1 motion; None where only a run tells.
+
+        That is where words are required, and where it is switched on as a block of disturbances says.
+        """
+        words = any(requirement.demand.kind is LimitKind.WORDS for requirement, _ in self.required)
+        if words or value_at(self.loaded.scenario, "disturbances") is not None:
+            return None
+        return next(self.designs(t[None]).from_rest()).reached
+
     def value_of(self, study: Study, t: Floats) -> float:
         """The signed objective of a design t (inputs,), by its results: that of its worst stable motion."""
         design, period = cast(DesignPoint, study.solution.design), study.solution.device.period_s

@@ -264,7 +264,7 @@ def _judge_candidates(grid: DesignGrid, rows: Ints, say: Progress) -> Ints:
     while chosen.size:
         for row in chosen:
             say(f"judging cells that could be better: at most {budget} of {len(candidates)} to go")
-            point, budget = grid.judge(grid.t[row]), budget - 1
+            point, budget = grid.judge_better(grid.t[row]), budget - 1
             if point is not None and point.meets_requirements():
                 _improve(grid, point.t, refine(grid.problem, point.t, grid.spacing))
                 break
@@ -340,7 +340,7 @@ def _go_towards(grid: DesignGrid, start: Floats, refined: Floats) -> None:
     low, high = 0.0, 1.0
     for _ in range(BETWEEN):
         share = (low + high) / 2
-        point = grid.judge(start + share * (refined - start))
+        point = grid.judge_better(start + share * (refined - start))
         low, high = (share, high) if point is not None and point.meets_requirements() else (low, share)
 
 

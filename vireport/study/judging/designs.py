@@ -11,7 +11,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.design.from_rest import FromRest
 from vireport.design.lines import HIGHEST_RESTITUTION
+from vireport.design.outcomes_from_rest import outcomes_of
 from vireport.motions.pointwise import PointwiseMotions, differentiated_motions, find_motions
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Conversion, Dielectric, Membrane, Voltages
@@ -99,6 +101,16 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
             # A restitution that all share is passed as one number: motions are then found five times as fast.
             shared_groups = groups._replace(restitution=device.restitution) if shared else groups
             return find_motions(shared_groups, device.period_ratio)
+
+    def from_rest(self) -> Iterator[FromRest]:
+        """What each comes to from rest when it is switched on at once, one after the other, without the compiler.
+
+        Raises
+        ------
+        UsageError
+            As `motions`.
+        """
+        return outcomes_of(self._groups, self.motions, self.device.period_ratio, compiled=False)
 
     @cached_property
     def rows(self) -> Ints:
