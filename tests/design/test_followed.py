@@ -35,7 +35,7 @@ def test_the_motion_from_rest_is_that_of_its_equations_and_ends_where_the_simula
 ) -> None:
     solution = solved("inclined", **over)
     found = switched_on_at_once(solution)
-    end, reached = found.from_rest, found.reached
+    end, reached = found.from_rest, found.motion_from_rest
     assert (reached.motion.word.letters, reached.motion.word.periods) == (word, periods) == (end.word, end.periods)
     assert end.cycle.motion(0.0).distance(reached.motion) < 1e-6
     assert reached.multipliers == pytest.approx(end.cycle.multipliers, rel=1e-5, abs=1e-9)
@@ -131,7 +131,7 @@ def simulated_word(device: Device, end: FromRest, length: float) -> str:
 def test_a_motion_on_one_membrane_is_there_at_any_greater_length() -> None:
     """It ends where the top comes so near that the ball grazes it, and is followed to ten times the length."""
     over = {"device__length_m": 1.3838911, "excitation__amplitude_n": 2.83326937, "inclination_deg": 36.702719}
-    reached = switched_on_at_once(solved("design-point", **over, device__restitution=0.01)).reached
+    reached = switched_on_at_once(solved("design-point", **over, device__restitution=0.01)).motion_from_rest
     assert set(reached.motion.word.letters) == {"B"}
     assert (reached.below, reached.above) == (Event.GRAZING, Event.SWEEP_END)
     assert reached.high == pytest.approx(13.838911)
@@ -141,10 +141,10 @@ def test_a_motion_on_one_membrane_is_there_at_any_greater_length() -> None:
 def test_a_ball_that_does_not_bounce_is_not_followed() -> None:
     """Its impacts forget what was before, and no curve leads from one motion to the next."""
     solution = solved("inclined", device__length_m=0.3)
-    motion = switched_on_at_once(solution).reached.motion
+    motion = switched_on_at_once(solution).motion_from_rest.motion
     assert followed_motion(replace(solution.device, restitution=0.0), motion, DesignInput.LENGTH) is None
 
 
 def test_where_a_one_to_one_motion_is_stable_nothing_else_is_followed() -> None:
-    assert switched_on_at_once(solved("inclined")).reached is None
-    assert switched_on_at_once(solved("inclined", excitation__amplitude_n=0.8)).reached is None  # at rest
+    assert switched_on_at_once(solved("inclined")).motion_from_rest is None
+    assert switched_on_at_once(solved("inclined", excitation__amplitude_n=0.8)).motion_from_rest is None  # at rest

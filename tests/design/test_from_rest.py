@@ -175,7 +175,7 @@ def test_a_stable_motion_that_only_starts_find_is_solved_for_and_followed() -> N
     """One impact on the bottom in 2 periods: the impact law and the flight leave (1 + r) v = 4 gbar."""
     study = analyse(loads(RESTING), ("json",))
     told = study.switched_on
-    assert (told.from_rest.destination, told.reached) == (Destination.REST_CYCLE, None)
+    assert (told.from_rest.destination, told.motion_from_rest) == (Destination.REST_CYCLE, None)
     (motion,) = told.by_starts
     groups = study.solution.device.groups(Parameter.LENGTH, 1.1).as_floats()
     assert motion.name == "B every 2 forcing periods"

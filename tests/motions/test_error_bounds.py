@@ -273,7 +273,7 @@ def test_bounds_of_simulated_multipliers_hold(study_of) -> None:
     check, r = study.crosscheck, study.solution.device.restitution
     errors = []
     for motions, d, gbar, ends in zip(
-        orbits_at(study.solution.diagram, check.values), check.groups.d, check.groups.gbar, check.found, strict=True
+        orbits_at(study.solution.diagram, check.values), check.groups.d, check.groups.gbar, check.ends, strict=True
     ):
         exact = [multiplier(motions, row, d, gbar, r) for row in np.flatnonzero(motions.stable_mask)]
         for end in ends:

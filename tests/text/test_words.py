@@ -896,7 +896,7 @@ B1 = thing(label="B1", event=Event.PERIOD_DOUBLING)
 
 def record(**of: object) -> SimpleNamespace:
     """A record that shows no motion, but for what is said of it."""
-    known = {"unfit": None, "left_open": None, "shown": None, "motion": None, "referenced": False, "impacts": 9}
+    known = {"unfit": None, "left_open": None, "measured": None, "motion": None, "referenced": False, "impacts": 9}
     return thing(**known | of)
 
 
@@ -1127,8 +1127,8 @@ SAID += [
     ("measured", "reason", (record(left_open=Open(), referenced=True),)),
     ("measured", "reason", (record(left_open=Open()),)),
     ("measured", "remarks", (record(),)),
-    ("measured", "remarks", (record(shown=thing(missed=7, false=1), motion=thing(from_s=5.549), referenced=True),)),
-    ("measured", "remarks", (record(shown=thing(missed=0, false=0), referenced=True),)),
+    ("measured", "remarks", (record(measured=thing(missed=7, false=1), motion=thing(from_s=5.549), referenced=True),)),
+    ("measured", "remarks", (record(measured=thing(missed=0, false=0), referenced=True),)),
     ("identify", "refused", (Open(impacts=12), True)),
     ("identify", "refused", (Open(combination=BOTH), True)),
     ("identify", "refused", (Open(answers=(BOTH, BOTH)), False)),

@@ -16,7 +16,7 @@ from vireport.base.progress import portion
 from vireport.cli.outcome import CommandOutcome
 from vireport.scenario.loading import Loaded
 from vireport.study.judging.evidence import unmet
-from vireport.study.judging.findings import findings, found_by
+from vireport.study.judging.findings import findings, with_results
 from vireport.study.plan import FIGURE_FORMATS, FIGURES_OF_PAGES, Task, figures, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
 from vireport.study.results import branches_csv
@@ -221,7 +221,7 @@ def _data_files(study: Study, provenance: Provenance) -> dict[str, bytes]:
     files = dict[str, bytes]()
     if study.plan.runs(Task.JSON):
         files["results.json"] = results_json(study, provenance)
-        for finding, result in found_by(study.findings):
+        for finding, result in with_results(study.findings):
             files |= finding.written(result, study)
     if study.plan.runs(Task.CSV):
         files["branches.csv"] = branches_csv(study.solution, study.atlas)
@@ -250,4 +250,4 @@ def _again(
 
 def _printed(study: Study) -> str:
     """What additions to a study print on standard output beside the summary."""
-    return "".join(finding.printed(result, study) for finding, result in found_by(study.findings))
+    return "".join(finding.printed(result, study) for finding, result in with_results(study.findings))

@@ -53,4 +53,4 @@ class Plane(Struct, frozen=True, eq=False):
     def span(self, axis: int) -> str:
         """One input with its range, in words."""
         varied = self.inputs[axis]
-        return f"{varied.quantity} from {stated_text(float(self.low[axis]))} to {varied.given(float(self.high[axis]))}"
+        return f"{varied.quantity} from {stated_text(float(self.low[axis]))} to {varied.stated(float(self.high[axis]))}"

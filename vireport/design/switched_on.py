@@ -32,7 +32,7 @@ class SwitchedOn(Struct, frozen=True, eq=False):
         Of the slowest stable 1:1 motion at the design point.
     no_recovery : NoRecovery or None
         Why it has none, where there is a design point.
-    reached : FollowedMotion or None
+    motion_from_rest : FollowedMotion or None
         The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
         length where there is no sweep; of a device that is switched on at once only where no 1:1 motion is stable.
     by_starts : tuple of FollowedMotion
@@ -49,7 +49,7 @@ class SwitchedOn(Struct, frozen=True, eq=False):
     from_rest: FromRest | None
     recovery: Recovery | None = None
     no_recovery: NoRecovery | None = None
-    reached: FollowedMotion | None = None
+    motion_from_rest: FollowedMotion | None = None
     by_starts: tuple[FollowedMotion, ...] = ()
     sampled: tuple[OutcomeRange, ...] = ()
     over_sweep: tuple[OutcomeRange, ...] = ()
@@ -104,13 +104,13 @@ def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool 
     """
     recovered = recovery_of(solution)
     recovery, no_recovery = (recovered, None) if isinstance(recovered, Recovery) else (None, recovered)
-    reached = _reached(solution, end) if follow else None
+    motion = _motion_from_rest(solution, end) if follow else None
     groups, targets = start_and_targets(solution)
-    others = _by_starts(solution, groups, compiled) if not targets and reached is None else ()
-    return SwitchedOn(end, recovery, no_recovery, reached, others)
+    others = _by_starts(solution, groups, compiled) if not targets and motion is None else ()
+    return SwitchedOn(end, recovery, no_recovery, motion, others)
 
 
-def _reached(solution: Solution, end: FromRest) -> FollowedMotion | None:
+def _motion_from_rest(solution: Solution, end: FromRest) -> FollowedMotion | None:
     """The motion of another word that the device comes to, as its equations have it."""
     cycle = end.cycle
     if solution.device.rubs:  # the equations of other words know no stops in flight

@@ -184,7 +184,7 @@ def _design(axes: Axes, study: Study) -> None:
     _beside(
         axes,
         design.value,
-        f"design {swept.given(design.value)}",
+        f"design {swept.stated(design.value)}",
         0.03,
         "bottom",
         Color.BLACK,

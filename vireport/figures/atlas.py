@@ -78,7 +78,7 @@ SIMULATED: Look = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color
 
 def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    families = atlas.shown
+    families = atlas.printed_families
     words = {family.word.letters for family in families if family.stable_runs}
     facts = {
         "held": held(study),
@@ -95,13 +95,13 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
 
 def _shown_vertices(atlas: Atlas) -> list[Point]:
     """The vertices of the families that are shown."""
-    numbers = {family.number for family in atlas.shown}
+    numbers = {family.number for family in atlas.printed_families}
     return [vertex for vertex in atlas.vertices if not numbers.isdisjoint(vertex.families)]
 
 
 def figure_atlas(study: Study, atlas: Atlas) -> Figure:
     """Velocities of all impacts of the families, stable and unstable, with their vertices; simulated ones beneath."""
-    axis, families = sweep_axis(atlas.sweep), atlas.shown
+    axis, families = sweep_axis(atlas.sweep), atlas.printed_families
     looks, simulated = _looks(axis, families), list(_simulated(study, axis))
     with style():
         figure, ((axes,),) = blank(1)
@@ -124,8 +124,8 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
     facts = {
         "held": held(study),
         "swept": atlas.sweep.parameter,
-        "best": next(iter(ladder(atlas.shown, membrane)), None),
-        "families": len(atlas.shown),
+        "best": next(iter(ladder(atlas.printed_families, membrane)), None),
+        "families": len(atlas.printed_families),
         "found": len(atlas.families),
         "exactness": study.evidence.exactness,
     }
@@ -134,7 +134,7 @@ def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Pa
 
 def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:
     """Mean voltage of the impacts, voltage per second and impacts per second of the families along the sweep."""
-    axis, families = sweep_axis(atlas.sweep), atlas.shown
+    axis, families = sweep_axis(atlas.sweep), atlas.printed_families
     looks, volts = _looks(axis, families), [generation(family, membrane) for family in families]
     power = prefix(voltage.average_v for voltage in volts)
     unit, scale = f"{PREFIXES[power]}V", 10.0**power
@@ -233,7 +233,7 @@ def _vertices(axes: Axes, axis: SweepAxis, families: Sequence[Family], vertices:
 def _simulated(study: Study, axis: SweepAxis) -> Iterator[DrawnCurve]:
     """Impact velocities of the periodic motions found by simulation."""
     check = study.crosscheck
-    for value, ends in zip(check.values, check.found, strict=True) if check is not None else ():
+    for value, ends in zip(check.values, check.ends, strict=True) if check is not None else ():
         for cycle in {id(end.cycle): end.cycle for end in ends if end.cycle is not None}.values():
             yield np.full(len(cycle.velocity), axis.of_value(float(value))), np.abs(cycle.velocity)
 

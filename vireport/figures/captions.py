@@ -193,7 +193,7 @@ class MeasuredShown(Struct, frozen=True):
 
 def measured_shown(study: Study) -> str:
     """What of the measured impacts is in a figure, in words; "" where nothing is."""
-    drawable = [at for at in study.measured if at.shown is not None]
+    drawable = [at for at in study.measured if at.measured is not None]
     if not drawable:
         return ""
     words = dict.fromkeys(at.motion.word.letters for at in drawable if at.motion is not None)

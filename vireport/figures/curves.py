@@ -241,7 +241,7 @@ def simulated_points(study: Study) -> PairedImpacts | None:
     if check is not None:
         settled = [
             (value, d, cycle)
-            for value, d, attractors in zip(check.values, check.groups.d, check.found, strict=True)
+            for value, d, attractors in zip(check.values, check.groups.d, check.ends, strict=True)
             for cycle in _distinct(attractors)
         ]
     else:

@@ -142,7 +142,7 @@ def bars(axes: Axes, x: Floats, y: Floats, error: Floats | None, look: Look, acr
 
 def legend(records: Iterable[MeasuredAt]) -> list[Entry]:
     """The directions that occur, and whether something does not repeat itself."""
-    drawable = [at for at in records if at.shown is not None]
+    drawable = [at for at in records if at.measured is not None]
     ways = {at.direction for at in drawable if at.motion is not None}
     entries: list[Entry] = [(name, look | {"color": Color.BLACK}) for way, (name, look) in WAYS.items() if way in ways]
     if any(at.motion is None for at in drawable):

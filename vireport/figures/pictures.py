@@ -19,7 +19,7 @@ from vireport.figures.sweeps import figure_2, figure_4, figure_7
 from vireport.motions.families import Atlas
 from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
-from vireport.study.judging.findings import found_by
+from vireport.study.judging.findings import with_results
 from vireport.study.plan import Task
 from vireport.study.study import Study, require_study
 from vireport.text.formatting import OF_A_MODEL
@@ -62,7 +62,7 @@ def pictures(
     with drawn_for(Sheet.of(width_mm, style)), styled():
         drawn = [*_along_sweep(study, simulated, templates), *_simulated(study, templates), *_atlas(study, templates)]
         drawn += _design(study, templates)
-        for finding, result in found_by(study.findings):
+        for finding, result in with_results(study.findings):
             drawn += finding.pictures(result, study, templates)
     return tuple(sorted(drawn, key=lambda picture: picture.name))
 
@@ -101,7 +101,7 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 def _measured_near(study: Study, value: float) -> ShownImpacts | None:
     """The impacts that were measured at a value of the swept parameter, the first of several records."""
-    near = (at for at in study.measured if isclose(at.value, value, rel_tol=SAME_VALUE) and at.shown is not None)
+    near = (at for at in study.measured if isclose(at.value, value, rel_tol=SAME_VALUE) and at.measured is not None)
     return next((at.impacts_shown for at in near), None)
 
 

@@ -318,7 +318,7 @@ class Atlas(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     @property
-    def shown(self) -> tuple[Family, ...]:
+    def printed_families(self) -> tuple[Family, ...]:
         """The families on pages, at most `MOST_SHOWN`, in order of their numbers.
 
         Chosen first are those with stable motions that a device can be set to, then those of the shortest words.

@@ -255,7 +255,7 @@ def _starts(problem: Problem, t: Floats) -> bool:
         evidence = problem.study(t).evidence
     except (NumericalError, ScenarioError):
         return False
-    return evidence.is_reached
+    return evidence.is_reached_from_rest
 
 
 def portions(rows: Ints) -> Iterator[Ints]:

@@ -221,7 +221,7 @@ def _beyond_tolerances(tolerances: Any) -> Said:
     if worst is None:
         return _said("tolerances_open", tolerances.proof.open_share if tolerances.proof else 1.0)
     values = tolerances.toleranced_of_worst
-    device = [_said("input", varied.quantity, varied.given(value)) for varied, value in values.items()]
+    device = [_said("input", varied.quantity, varied.stated(value)) for varied, value in values.items()]
     return _said("tolerances_end", device, worst.share)
 
 
@@ -282,7 +282,7 @@ def _values(result: SearchResult, point: JudgedDesign) -> list[str]:
     """The inputs of a design with their units."""
     units = {varied.path: varied for varied in DesignInput}
     values = zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)
-    return [units[path].given(value) if path in units else _with_unit(path, value) for path, value in values]
+    return [units[path].stated(value) if path in units else _with_unit(path, value) for path, value in values]
 
 
 def _with_unit(path: DesignPath, value: float) -> str:

@@ -40,7 +40,7 @@ from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput
 from vireport.study.checks.paper import PAPER, PaperComparison, compare_with_paper
 from vireport.study.judging.alerts import Alert
 from vireport.study.judging.evidence import Criterion, unmet_criteria
-from vireport.study.judging.findings import found_by
+from vireport.study.judging.findings import with_results
 from vireport.study.judging.opening import Opening, WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study, results
@@ -241,7 +241,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         within : str
             Name of the section that they belong to; "" for those that are sections of their own.
         """
-        added = (finding for finding, _ in found_by(self.study.findings))
+        added = (finding for finding, _ in with_results(self.study.findings))
         return [finding.section for finding in added if finding.section and finding.within == within]
 
     def added_parts(self, name: str) -> Mapping[str, Any]:
@@ -252,7 +252,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         name : str
             Of the addition.
         """
-        added = (row for row in found_by(self.study.findings) if row[0].name == name)
+        added = (row for row in with_results(self.study.findings) if row[0].name == name)
         return next((finding.parts(result, self.templates) for finding, result in added), {})
 
     @property
@@ -424,7 +424,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         """What the stable motions of each impact sequence generate at most, the most per second first."""
         if self.study.atlas is None:
             return ()
-        return ladder(self.study.atlas.shown, self.solution.membrane)
+        return ladder(self.study.atlas.printed_families, self.solution.membrane)
 
 
 def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:

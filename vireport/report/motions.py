@@ -14,7 +14,7 @@ from vireport.text.tables import Table, numbers, texts
 def families_table(study: Study, atlas: Atlas) -> Table:
     """Those families that are shown, stable ones first, with the voltage in the middle of the longest stable range."""
     swept = atlas.sweep.parameter
-    order = sorted(atlas.shown, key=lambda family: not family.stable_runs)
+    order = sorted(atlas.printed_families, key=lambda family: not family.stable_runs)
     rows = tuple((*_row(family, study.evidence.exactness), *_voltage(study, family)) for family in order)
     columns = (
         *texts("Word", "n:m"),

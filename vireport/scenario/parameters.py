@@ -42,13 +42,13 @@ class Named:
         """Print a value that a model gives, with its unit."""
         return self.with_unit(rounded_text(value, error))
 
-    def given(self, value: float) -> str:
+    def stated(self, value: float) -> str:
         """Print a value that a scenario states, with its unit."""
         return self.with_unit(stated_text(value))
 
     def place(self, value: float, error: float | Exactness | None = None) -> str:
         """Print where something is, as s = 0.5 m: a value that a scenario states or, with an error, one of a model."""
-        return f"{self.symbol} = {self.given(value) if error is None else self.show(value, error)}"
+        return f"{self.symbol} = {self.stated(value) if error is None else self.show(value, error)}"
 
     def signed(self, distance: float, error: float | Exactness = OF_A_MODEL) -> str:
         """Print a distance with its sign and unit."""

@@ -67,7 +67,7 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
 
     order = sorted(range(len(check.values)), key=lambda i: float(check.values[i]))
     values = [float(check.values[i]) for i in order]
-    ends_by_source = {FoundBy.STARTS: [check.found[i] for i in order]}
+    ends_by_source = {FoundBy.STARTS: [check.ends[i] for i in order]}
     for direction, course in slowly.courses.items():
         ascending = sorted(course.stages, key=lambda stage: stage.value)
         ends_by_source[FoundBy(direction)] = [(stage.attractor,) for stage in ascending]

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
-class AddedFinding(Generic[Found]):
+class AddedFinding(Generic[Result]):
     """What an addition finds out about the device of a scenario, and what follows from it.
 
     Its one object, `FINDING`, stands in the module `finding` of the addition's package, which every plan of a run
@@ -61,29 +61,29 @@ class AddedFinding(Generic[Found]):
         UsageError
         """
 
-    def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Found] | None:
+    def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Result] | None:
         """What the device does when it is switched on as its keys say, and what it finds out by that.
 
         It takes the place of what a device does to which the whole force sets in at once. None where no key says how.
         """
         return None
 
-    def find(self, study: Study, say: Progress) -> Found | None:
+    def find(self, study: Study, say: Progress) -> Result | None:
         """What it finds out about a study that has all of the core but what the model leaves out; None for nothing.
 
         What it found by switching the device on is among what the study has found.
         """
         raise NotImplementedError
 
-    def contradicts_rigid_impacts(self, result: Found) -> bool:
+    def contradicts_rigid_impacts(self, result: Result) -> bool:
         """Whether the motion is to be solved with the membranes' own stiffness, short as its contacts may be."""
         return False
 
-    def results(self, result: Found | None, study: Study) -> Mapping[str, Any]:
+    def results(self, result: Result | None, study: Study) -> Mapping[str, Any]:
         """Its keys of results.json, null where nothing was found."""
         return {}
 
-    def results_within(self, block: DisturbancesData, result: Found | None) -> DisturbancesData:
+    def results_within(self, block: DisturbancesData, result: Result | None) -> DisturbancesData:
         """The block of results.json that it extends, with its keys in their places there."""
         return block
 
@@ -91,11 +91,11 @@ class AddedFinding(Generic[Found]):
         """What can be required of it: a row for each of its keys in the block `requirements`."""
         return ()
 
-    def share_of_starts(self, result: Found, evidence: Evidence) -> str | None:
+    def share_of_starts(self, result: Result, evidence: Evidence) -> str | None:
         """How many starts come to a motion of a word that is required, in words; None where it does not know."""
         return None
 
-    def answers(self, result: Found, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
+    def answers(self, result: Result, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
         """The answers of the verdict to its questions, as far as they arise."""
         return ()
 
@@ -103,22 +103,22 @@ class AddedFinding(Generic[Found]):
         """What a report opens with of its answers, or of their lack, by the place among the facts of the core."""
         return {}
 
-    def causes(self, result: Found, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
+    def causes(self, result: Result, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What raises alerts, by their codes."""
         return {}
 
-    def pictures(self, result: Found, study: Study, templates: Path | None) -> Iterable[Any]:
+    def pictures(self, result: Result, study: Study, templates: Path | None) -> Iterable[Any]:
         """The figures among its steps, each a `figures.style.Picture`."""
         return ()
 
-    def parts(self, result: Found, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, result: Result, templates: Path | None) -> Mapping[str, Any]:
         """Sentences and tables of its section, by the names that its template knows."""
         return {}
 
-    def printed(self, result: Found, study: Study) -> str:
+    def printed(self, result: Result, study: Study) -> str:
         """What a run prints of it on standard output."""
         return ""
 
-    def written(self, result: Found, study: Study) -> Mapping[str, bytes]:
+    def written(self, result: Result, study: Study) -> Mapping[str, bytes]:
         """The content of its files, as far as there is any."""
         return {}

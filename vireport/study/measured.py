@@ -112,7 +112,7 @@ class MeasuredAt(Struct, frozen=True, eq=False):
         Rows of the record.
     referenced : bool
         Whether the clock of the record knows the force.
-    found : Measured, NoFit or Open
+    outcome : Measured, NoFit or Open
         What the record shows, or why that is not known.
     time_unit : float
         t_c [s] there.
@@ -129,7 +129,7 @@ class MeasuredAt(Struct, frozen=True, eq=False):
     to_s: float
     impacts: int
     referenced: bool
-    found: Measured | NoFit | Open
+    outcome: Measured | NoFit | Open
     time_unit: float
     computed: Computed | None = None
     multipliers: Multipliers | None = None
@@ -137,9 +137,9 @@ class MeasuredAt(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     @property
-    def shown(self) -> Measured | None:
+    def measured(self) -> Measured | None:
         """What the record shows, where that is known."""
-        return self.found if isinstance(self.found, Measured) else None
+        return self.outcome if isinstance(self.outcome, Measured) else None
 
     @property
     def name(self) -> str:
@@ -155,7 +155,7 @@ class MeasuredAt(Struct, frozen=True, eq=False):
     @property
     def impacts_shown(self) -> ShownImpacts | None:
         """What figures show of it; None where nothing is known."""
-        measured_impacts, motion = self.shown, self.motion
+        measured_impacts, motion = self.measured, self.motion
         if measured_impacts is None:
             return None
         values, errors = (
@@ -167,17 +167,17 @@ class MeasuredAt(Struct, frozen=True, eq=False):
     @property
     def unfit(self) -> NoFit | None:
         """Why no motion of the device fits."""
-        return self.found if isinstance(self.found, NoFit) else None
+        return self.outcome if isinstance(self.outcome, NoFit) else None
 
     @property
     def left_open(self) -> Open | None:
         """Why the record does not tell the motion."""
-        return self.found if isinstance(self.found, Open) else None
+        return self.outcome if isinstance(self.outcome, Open) else None
 
     @property
     def motion(self) -> MeasuredMotion | None:
         """The motion, where the record shows one that repeats itself."""
-        return self.shown.motion if self.shown is not None else None
+        return self.measured.motion if self.measured is not None else None
 
 
 class Branching(Struct, frozen=True):
@@ -338,20 +338,20 @@ def _computed(device: Device, measured_motion: Measured) -> Computed | None:
     last = separated[-1]
     start = Impact(int(measured_motion.walls[last]), float(before[last]), float(phase[last] % (2 * np.pi)))
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    reached = find_attractor(groups, start, BUDGET, compiled=False)
-    motion = measured_motion.motion
-    values = None if motion is None or reached.cycle is None else _in_order(device, reached, reached.cycle, motion)
+    attractor = find_attractor(groups, start, BUDGET, compiled=False)
+    motion, cycle = measured_motion.motion, attractor.cycle
+    values = None if motion is None or cycle is None else _in_order(device, attractor, cycle, motion)
     if motion is None or values is None:
-        return Computed(reached.name)
+        return Computed(attractor.name)
     off = motion.values - values
     off[Quantity.PHASE] = (off[Quantity.PHASE] + np.pi) % (2 * np.pi) - np.pi
     with np.errstate(divide="ignore", invalid="ignore"):
-        return Computed(reached.name, values, off / motion.errors)
+        return Computed(attractor.name, values, off / motion.errors)
 
 
-def _in_order(device: Device, reached: Attractor, cycle: SimulatedMotion, motion: MeasuredMotion) -> Floats | None:
+def _in_order(device: Device, attractor: Attractor, cycle: SimulatedMotion, motion: MeasuredMotion) -> Floats | None:
     """The values of a cycle in the order of a measured motion of the same word; None of another one."""
-    word = Word(tuple(cycle.wall.tolist()), reached.period)
+    word = Word(tuple(cycle.wall.tolist()), attractor.period)
     if cycle.sticks or word.canonical() != motion.word:
         return None
     groups = device.groups(Parameter.LENGTH, device.length_m)
@@ -416,7 +416,7 @@ NAMES = {
 def _data(at: MeasuredAt) -> MeasuredData:
     from vireport.text.templates import Words
 
-    measured_motion, motion = at.shown, at.motion
+    measured_motion, motion = at.measured, at.motion
     return MeasuredData(
         file=at.file,
         sha256=at.sha256,

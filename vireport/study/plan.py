@@ -344,7 +344,7 @@ def _without(special: Special) -> Precondition:
 
 FRICTIONLESS, CONSTANT = map(_without, SPECIAL)
 ODD_HARMONICS = Precondition(
-    lambda scenario, _: all(own.order % 2 or not own.percent for own in scenario.excitation.harmonics),
+    lambda scenario, _: all(harmonic.order % 2 or not harmonic.percent for harmonic in scenario.excitation.harmonics),
     "the force has an even harmonic: no motion is symmetric",
 )
 ODD = Precondition(lambda scenario, _: scenario.period_ratio % 2, "for an even period ratio no motion is symmetric")

@@ -420,7 +420,7 @@ def switched_on_data(switched: SwitchedOn) -> DisturbancesData:
         reason=None if end is None or end.decided else end.name,
         settles_after_periods=None if end is None else end.settles_after,
         ramp_periods=switched.ramp_periods,
-        motion=None if switched.reached is None else _followed(switched.reached),
+        motion=None if switched.motion_from_rest is None else _followed(switched.motion_from_rest),
         along_sweep=[
             OutcomeRangeData(
                 from_=part.start,
@@ -656,7 +656,7 @@ def simulation_data(
                 start_velocity_at_most=float(speed),
                 ends=[_end(attractor, check.groups.map_numbers(itemgetter(i)).as_floats()) for attractor in ends],
             )
-            for i, (value, speed, ends) in enumerate(zip(check.values, check.start_speed, check.found, strict=True))
+            for i, (value, speed, ends) in enumerate(zip(check.values, check.start_speed, check.ends, strict=True))
         ],
         follow=None if check.hysteresis is None else _follow(check.hysteresis, coexisting, ending),
     )
@@ -681,7 +681,7 @@ def _follow(slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callab
         coexisting=[
             CoexistingData(
                 **_kind_of(motion),
-                **_found_in(motion),
+                **_ranges_by_source(motion),
             )
             for motion in coexisting
         ],
@@ -726,7 +726,7 @@ def _kind_of(motion: Attractor | MotionCount | Coexisting) -> dict[str, Any]:
     return {"outcome": motion.outcome.name.lower(), "word": motion.word or None, "period": motion.period or None}
 
 
-def _found_in(motion: Coexisting) -> dict[str, Any]:
+def _ranges_by_source(motion: Coexisting) -> dict[str, Any]:
     """The ranges in which a motion was found, by what found it."""
     return {str(source): [list(pair) for pair in ranges] for source, ranges in motion.ranges.items()}
 

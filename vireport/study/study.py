@@ -30,7 +30,7 @@ from vireport.scenario.parameters import DesignInput
 from vireport.study.families import families_data, motions_data
 from vireport.study.judging.alerts import LONG_CONTACT, Alert, alerts
 from vireport.study.judging.evidence import Criterion, Evidence, unmet_criteria
-from vireport.study.judging.findings import findings, found_by
+from vireport.study.judging.findings import findings, with_results
 from vireport.study.plan import (
     FORMATS,
     Plan,
@@ -214,7 +214,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         Parameters
         ----------
         shown : bool
-            Whether of the families only those are wanted that pages show, see `Atlas.shown`.
+            Whether of the families only those are wanted that pages show, see `Atlas.printed_families`.
         """
         solution, scenario = self.solution, self.scenario
         return Results(
@@ -228,7 +228,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             motions=None if self.atlas is None else motions_data(self.atlas),
             families=None
             if self.atlas is None
-            else families_data(self.atlas.shown if shown else self.atlas.families, solution.membrane),
+            else families_data(self.atlas.printed_families if shown else self.atlas.families, solution.membrane),
             own_stiffness=None if self.own_stiffness is None else own_stiffness_data(self.own_stiffness),
             effects=None if self.effects is None else effects_data(self.effects),
             margin_to_use=self._margin_to_use,
@@ -447,7 +447,7 @@ def _with_motions(study: Study, block: MotionsBlock, say: Progress) -> Study:
         starts.append(motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate))
     limits = Limits(block.impacts, block.periods)
     families = atlas(sweep, limits, chain(chain.from_iterable(starts), _simulated(study, sweep)), say)
-    _require_found(study.loaded, block, starts, families)
+    _require_motions(study.loaded, block, starts, families)
     return replace(study, atlas=families)
 
 
@@ -468,7 +468,7 @@ def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:
             yield replace(followed.motion, coordinate=float(sweep.coordinate_of(design.value)))
 
 
-def _require_found(loaded: Loaded, block: MotionsBlock, motions: Sequence[Sequence[Motion]], families: Atlas) -> None:
+def _require_motions(loaded: Loaded, block: MotionsBlock, motions: Sequence[Sequence[Motion]], families: Atlas) -> None:
     """Refuse words that no motion was found of at their value, with those that there are.
 
     Raises
@@ -495,7 +495,7 @@ def _require_found(loaded: Loaded, block: MotionsBlock, motions: Sequence[Sequen
 def _with_own_stiffness(study: Study) -> Study:
     """Add the motion with the membranes' own stiffness where contacts are long, or found to matter, for rigid ones."""
     share = study.evidence.contact_share
-    contradicted = any(finding.contradicts_rigid_impacts(result) for finding, result in found_by(study.findings))
+    contradicted = any(finding.contradicts_rigid_impacts(result) for finding, result in with_results(study.findings))
     if share is None or not (share > LONG_CONTACT or contradicted):
         return study
     from vireport.design.compliant.own_stiffness import own_stiffness

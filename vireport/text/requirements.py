@@ -19,7 +19,7 @@ class Question(StrEnum):
     MARGIN = "With what margin?"
     OWN_STIFFNESS = "And with compliant membranes?"
     FROM_REST = "Is it reached from rest?"
-    REACHED = "Which starts reach it?"
+    STARTS = "Which starts reach it?"
     VOLTAGE = "What voltage?"
     SHAKER = "What must the shaker do?"
     SIMULATED = "Does the simulation agree?"

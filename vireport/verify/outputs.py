@@ -16,7 +16,7 @@ from vireport.findings.accuracy.tables import measurements, power, ranking
 from vireport.findings.accuracy.workprecision import WorkPrecision
 from vireport.scenario.keys import block_of
 from vireport.scenario.loading import Loaded
-from vireport.study.judging.findings import findings, found_by
+from vireport.study.judging.findings import findings, with_results
 from vireport.study.judging.opening import Opening, Statement, gravest
 from vireport.study.judging.verdict import Status
 from vireport.study.plan import Task
@@ -138,7 +138,7 @@ def _parts(study: Study, every: bool) -> Iterator[Table]:
         return
     yield from measurements(work, every)
     yield from ranking(work)
-    for finding, result in found_by(study.findings):
+    for finding, result in with_results(study.findings):
         if finding.name == MEMBRANES:
             parts = finding.parts(result, None)
             yield from (*parts["comparison"], *parts["solvers"])
@@ -165,6 +165,6 @@ def files(study: Study, command: str, width_mm: float | None = None) -> dict[str
     from vireport.figures.style import Sheet, drawn_for
 
     with drawn_for(Sheet.of(width_mm)):
-        added = (finding.pictures(result, study, None) for finding, result in found_by(study.findings))
+        added = (finding.pictures(result, study, None) for finding, result in with_results(study.findings))
         drawn = {picture.name: picture.png for picture in chain.from_iterable(added)}
     return {"accuracy.json": data(study, command), **{f"{name}.png": png for name, png in drawn.items()}}

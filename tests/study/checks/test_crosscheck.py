@@ -62,7 +62,7 @@ def test_orbits_at_are_those_of_the_design_points(checked) -> None:
 def test_below_the_period_doubling_the_simulation_finds_the_doubled_motion(checked) -> None:
     check = checked["inclined-forcing"].crosscheck
     doubled = [
-        attractor for value, row in zip(check.values, check.found, strict=True) for attractor in row if value > 5.36
+        attractor for value, row in zip(check.values, check.ends, strict=True) for attractor in row if value > 5.36
     ]
     assert {attractor.word for attractor in doubled} == {"BTBT"}
     assert {attractor.period for attractor in doubled} == {2}
@@ -84,7 +84,7 @@ def test_a_wrong_solution_is_found_out(checked) -> None:
 
 def test_difference_counts_phases_around_the_circle(checked) -> None:
     study = checked["inclined"]
-    attractor = study.crosscheck.found[-1][0]
+    attractor = study.crosscheck.ends[-1][0]
     motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
     row = int(np.nonzero(motions.stable_mask)[0][0])
     turned = replace(motions, phi_bottom=motions.phi_bottom + 2 * np.pi)
@@ -93,7 +93,7 @@ def test_difference_counts_phases_around_the_circle(checked) -> None:
 
 def test_difference_sees_both_impacts_and_half_a_turn(checked) -> None:
     study = checked["inclined"]
-    attractor = study.crosscheck.found[-1][0]
+    attractor = study.crosscheck.ends[-1][0]
     motions = orbits_at(study.solution.diagram, study.crosscheck.values[-1:])[0]
     row = int(np.nonzero(motions.stable_mask)[0][0])
     for name, k, change in (
@@ -118,9 +118,9 @@ def test_only_the_period_asked_for_counts_as_the_motion(example) -> None:
     # Here starts end on both.
     over = [*LIVELY, "device.length_m=6.4759", "sweep=", "simulation={starts: 24}"]
     check = analyse(loads(example("horizontal").read_text(), overrides=over)).crosscheck
-    assert {(end.word, end.period) for end in check.found[0]} == {("BT", 1), ("BT", 3)}
+    assert {(end.word, end.period) for end in check.ends[0]} == {("BT", 1), ("BT", 3)}
     assert check.trials == 24
-    assert check.reached == sum(end.period == 3 for end in check.found[0])
+    assert check.reached == sum(end.period == 3 for end in check.ends[0])
     assert [(motion.name, motion.count) for motion in check.elsewhere] == [
         ("BT every forcing period", 24 - check.reached)
     ]
@@ -152,7 +152,7 @@ def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
     over = ["simulation={samples: 5, starts: 64}", "sweep.from=3.6", "sweep.to=4.4"]
     study = analyse(loads(example("simulated").read_text(), overrides=over))
     check = study.crosscheck
-    lost = [sum(end.outcome is Outcome.STICKING for end in row) for row in check.found]
+    lost = [sum(end.outcome is Outcome.STICKING for end in row) for row in check.ends]
     assert [count > 0 for count in lost] == [True, False, True, False, False]
     assert 0.05 < lost[0] / 64 < 0.2
     assert sum(lost) == check.trials - check.reached == sum(motion.count for motion in check.elsewhere)
@@ -248,7 +248,7 @@ def test_figure_3gh_is_the_period_4_motion(example) -> None:
 def test_average_voltage_of_a_doubled_motion_is_over_its_four_impacts(checked) -> None:
     """Eq. (5.1): the mean over all impacts of a period, one number for each motion."""
     study = checked["inclined-forcing"]
-    cycles = [attractor.cycle for attractors in study.crosscheck.found for attractor in attractors]
+    cycles = [attractor.cycle for attractors in study.crosscheck.ends for attractor in attractors]
     value, doubled = study.crosscheck.values[-1], next(cycle for cycle in cycles if cycle and cycle.word == "BTBT")
     impacts = np.array([[bottom[0], top[0]] for bottom, top in _paired(doubled)]).T
     volts = _paired_voltages(study.solution, np.full(2, value), impacts, np.zeros(2, dtype=np.intp))

@@ -481,7 +481,7 @@ SAID = [
         "VR003",
         {
             "solution": known(design=design(1)),
-            "reached": SimpleNamespace(
+            "motion_from_rest": SimpleNamespace(
                 stability=Stability.STABLE_FOCUS,
                 varied=DesignInput.LENGTH,
                 low=0.6543,
@@ -616,7 +616,7 @@ def evidence_of(results: dict[str, object]) -> SimpleNamespace:
         "from_rest": None,
         "from_rest_along": (),
         "switched_on": None,
-        "reached": None,
+        "motion_from_rest": None,
         "by_starts": (),
         "findings": {},
         "exactness": OF_A_MODEL,

@@ -154,7 +154,7 @@ def test_starts_that_end_elsewhere_are_cautioned_against_and_counted(study_of: C
     solution = study_of("inclined").solution
     for elsewhere, status in (((), "good"), ((MOTION,), "caution")):
         answer = check(elsewhere=elsewhere)
-        assert fact(said(solution, crosscheck=answer), Question.REACHED).status == status
+        assert fact(said(solution, crosscheck=answer), Question.STARTS).status == status
         noted = cause("VR021", Evidence(solution, answer))
         assert noted.startswith("5 of 20 starts") if elsewhere else not noted
 

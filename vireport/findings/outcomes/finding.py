@@ -175,7 +175,7 @@ def _starting(verdict: Verdict) -> Iterator[Statement]:
     evidence, disturbances = verdict.evidence, outcomes_of(verdict.evidence)
     if verdict.from_rest is None or evidence.from_rest is None:
         return
-    if evidence.is_reached:
+    if evidence.is_reached_from_rest:
         if disturbances.narrow:
             yield _fact(Status.CAUTION, "window_is_narrow", disturbances)
     elif disturbances.ramp is not None:

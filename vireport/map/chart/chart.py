@@ -168,7 +168,7 @@ def loci_over(
     through = [(StraightSweep(plane, began.varied, began.inputs[1 - began.varied]), began) for began in starts]
     lines = [*((line, None) for line in searched), *through]
     for k, (line, began) in enumerate(lines):
-        at = plane.inputs[1 - line.varied].given(line.other)
+        at = plane.inputs[1 - line.varied].stated(line.other)
         say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(lines)))
         if not line.sweep.unresolved:
             motions = () if began is None else _given(line, began)
@@ -204,7 +204,7 @@ def _given(line: StraightSweep, start: ChartStart) -> list[Motion]:
     coordinate = float(sweep.coordinate_of(line.swept(start.inputs[line.varied])))
     motions = motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate)
     if not motions:
-        at = " and ".join(varied.given(value) for varied, value in zip(line.plane.inputs, start.inputs, strict=True))
+        at = " and ".join(varied.stated(value) for varied, value in zip(line.plane.inputs, start.inputs, strict=True))
         raise UsageError(
             f"motions.starts: no motion {word.name} was found at {at} (leave it out, or give another value)"
         )

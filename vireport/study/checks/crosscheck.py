@@ -44,7 +44,7 @@ ASIDE = 1e-6
 SEED = 20190301
 """Seed of the starting states: each value of the swept parameter has its own, equal in every run."""
 
-REACHED = 1e-6
+SAME_ORBIT = 1e-6
 """Distance, in phase [rad] and velocity [y_c], up to which a simulated cycle is one of the analytic orbits."""
 
 
@@ -101,7 +101,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
     restitution : float
     start_speed : ndarray (n,)
         Largest velocity of the random starts at each value [y_c].
-    found : tuple of tuples of Attractor
+    ends : tuple of tuples of Attractor
         For each value, what each start leads to.
     orbits : int
         Stable admissible orbits that were checked.
@@ -129,7 +129,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
     values: Floats
     groups: Groups[Floats]
     start_speed: Floats
-    found: tuple[tuple[Attractor, ...], ...]
+    ends: tuple[tuple[Attractor, ...], ...]
     orbits: int
     velocity_difference: float
     phase_difference: float
@@ -158,7 +158,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
 
     def attractors(self) -> Iterator[tuple[float, Attractor]]:
         """Values of the parameter with what was found there, from random starts and where the motion was followed."""
-        for value, ends in zip(self.values, self.found, strict=True):
+        for value, ends in zip(self.values, self.ends, strict=True):
             yield from ((float(value), end) for end in ends)
         for course in self.hysteresis.courses.values() if self.hysteresis is not None else ():
             yield from ((stage.value, stage.attractor) for stage in course.stages)
@@ -196,14 +196,14 @@ def crosscheck(
     speed = start_speed(groups.restitution, [_fastest(motions) for motions in orbits])
     starts = random_starts(groups.d, speed, block.starts, seed)
     say(f"simulating {len(values) * block.starts} starts")
-    reached = attractors(groups, starts, block.impacts)
+    ends = attractors(groups, starts, block.impacts)
     say("checking the stable motions")
     checked = [
         _check(motions, _row(groups, i), device.period_ratio) for i, motions in enumerate(orbits) if motions is not None
     ]
     pairs = [pair for group, _ in checked for pair in group]
     n = device.period_ratio
-    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in reached[i]]
+    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in ends[i]]
     elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
     portraits = [_portrait(device, parameter, value, block.starts, seed) for value in block.portraits]
     displacements = [_portrait(device, parameter, value, block.starts, seed) for value in block.displacement]
@@ -216,7 +216,7 @@ def crosscheck(
         values=values,
         groups=groups,
         start_speed=speed,
-        found=tuple(reached),
+        ends=tuple(ends),
         orbits=sum(len(agreeing) + len(missed) for agreeing, missed in checked),
         velocity_difference=max((pair[0] for pair in pairs), default=0.0),
         phase_difference=max((pair[1] for pair in pairs), default=0.0),
@@ -224,9 +224,9 @@ def crosscheck(
         tolerance=block.tolerance,
         trials=len(at_stable),
         reached=len(at_stable) - len(elsewhere),
-        motions=_counted([(value, end) for value, row in zip(values, reached, strict=True) for end in row]),
+        motions=_counted([(value, end) for value, row in zip(values, ends, strict=True) for end in row]),
         elsewhere=_counted(elsewhere),
-        diagram=diagram(reached) if block.diagram else None,
+        diagram=diagram(ends) if block.diagram else None,
         hysteresis=slowly,
         portraits=tuple(portraits),
         displacements=tuple(displacements),
@@ -315,7 +315,7 @@ def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[
             continue
         velocity, phase = difference(end, motions, int(i))
         # There may be several stable 1:1 motions: another one is no agreement, however stable.
-        if max(velocity, phase) > REACHED:
+        if max(velocity, phase) > SAME_ORBIT:
             misses.append(Miss(float(motions.sweep_value[i]), f"another {end.word} motion"))
             continue
         differences.append((velocity, phase))

@@ -25,7 +25,7 @@ from vireport.physics.motion import Symmetry
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.evidence import Evidence
-from vireport.study.judging.findings import found_by
+from vireport.study.judging.findings import with_results
 from vireport.study.judging.stretch import (
     DEMONSTRATED,
     STATED_FIELD_V_M,
@@ -125,7 +125,7 @@ def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
         if disturbances is not None and disturbances.sampled:
             swept = results.solution.parameter
             each = [
-                Sentence("each", {"symbol": swept.symbol, "value": swept.given(x.start), "motion": x.outcome.name})
+                Sentence("each", {"symbol": swept.symbol, "value": swept.stated(x.start), "motion": x.outcome.name})
                 for x in disturbances.sampled
             ]
             yield Sentence("from_rest", {"each": each})
@@ -169,8 +169,8 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
             yield Sentence("shown_by", {"block": block})
         if end.reached and results.solution.device.rubs:
             yield Sentence("stops", {})
-    if results.reached is not None:
-        yield Sentence("followed", _followed(results.reached, results.exactness))
+    if results.motion_from_rest is not None:
+        yield Sentence("followed", _followed(results.motion_from_rest, results.exactness))
     for followed in results.by_starts:
         yield Sentence("by_starts", {"motion": followed.name, **_followed(followed, results.exactness)})
 
@@ -487,7 +487,7 @@ def causes_of(code: AlertCode, evidence: Evidence) -> Iterator[Sentence]:
     """What raises an alert: of what the core found, and of what additions found."""
     if code in CAUSES:
         yield from CAUSES[code](evidence)
-    for finding, result in found_by(evidence.findings):
+    for finding, result in with_results(evidence.findings):
         yield from finding.causes(result, evidence).get(code, ())
 
 

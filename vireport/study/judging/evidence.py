@@ -253,9 +253,9 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         return self.switched_on.outcomes_over_sweep
 
     @property
-    def reached(self) -> FollowedMotion | None:
+    def motion_from_rest(self) -> FollowedMotion | None:
         """The motion of another word that it comes to from rest, where no 1:1 motion is stable."""
-        return self.switched_on.reached if self.switched_on is not None else None
+        return self.switched_on.motion_from_rest if self.switched_on is not None else None
 
     @property
     def by_starts(self) -> tuple[FollowedMotion, ...]:
@@ -268,7 +268,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         return any(criterion.names_motions and criterion.passed for criterion in self.criteria)
 
     @property
-    def is_reached(self) -> bool:
+    def is_reached_from_rest(self) -> bool:
         """Whether the device comes from rest to the 1:1 motion or, where words are required, to one of these."""
         end = self.from_rest
         if end is None or not self.allowed:

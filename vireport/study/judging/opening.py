@@ -203,10 +203,8 @@ def _running(verdict: Verdict) -> str:
     """How the device runs, in the words with which most sentences begin."""
     if verdict.evidence.solution.design is None:
         return "runs_somewhere"
-    reached = (
-        verdict.from_rest is not None and verdict.from_rest.data.from_rest is not None and verdict.evidence.is_reached
-    )
-    return "runs_by_itself" if reached else "runs"
+    known = verdict.from_rest is not None and verdict.from_rest.data.from_rest is not None
+    return "runs_by_itself" if known and verdict.evidence.is_reached_from_rest else "runs"
 
 
 def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None) -> Iterator[Statement]:
@@ -257,7 +255,7 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
     motion, evidence = verdict.motion.data, verdict.evidence
     end = evidence.from_rest
     if motion.types and evidence.solution.design is not None:
-        if end is None or evidence.is_reached:
+        if end is None or evidence.is_reached_from_rest:
             yield _fact(Status.GOOD, "strikes_each", verdict)
         if motion.other_words:
             yield _fact(Status.NEUTRAL, "others_coexist", motion.other_words)
@@ -440,9 +438,9 @@ def _from_rest(verdict: Verdict, again: Reproduction | None) -> Statement | None
         return None
     agrees = "agrees" if again is not None and again.passed else "alone"
     status = verdict.from_rest.status if verdict.from_rest is not None else Status.CAUTION
-    if evidence.is_reached and end.settles_after is not None:
+    if evidence.is_reached_from_rest and end.settles_after is not None:
         return _tile(status, f"settles_{agrees}", verdict, end)
-    if evidence.is_reached:
+    if evidence.is_reached_from_rest:
         return _tile(status, "reached", end)
     return _tile(status, "elsewhere", _ending(end)) if end.decided else _tile(status, "undecided")
 

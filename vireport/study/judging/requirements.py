@@ -41,7 +41,7 @@ from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.designs import Designs, keeps_motion
 from vireport.study.judging.evidence import Criterion, Evidence, Judgement, Limit, held_against
-from vireport.study.judging.findings import findings, found_by
+from vireport.study.judging.findings import findings, with_results
 from vireport.study.judging.impacts import Impacts, at_design, followed, largest, spread
 from vireport.study.judging.ranges import (
     may_be_stable_over_inclinations,
@@ -321,7 +321,7 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
     if not names:
         raise NumericalError(Remark.NO_MOTION)
     why = [Remark.NOT_ALLOWED.worded(motions=", ".join(others))] if others else []
-    end, reached = results.from_rest, results.is_reached
+    end, reached = results.from_rest, results.is_reached_from_rest
     if end is not None:
         settles = Remark.REACHES if end.settles_after is None else Remark.REACHES_AFTER
         why.append((settles if reached else Remark.COMES_TO).worded(motion=end.name, periods=end.settles_after))
@@ -334,25 +334,25 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
 
 def _share_of_starts(results: Evidence) -> str | None:
     """How many random starts come to an allowed motion, at the design point or the simulated value nearest to it."""
-    for finding, attracting in found_by(results.findings):
+    for finding, attracting in with_results(results.findings):
         if (share := finding.share_of_starts(attracting, results)) is not None:
             return str(share)
     check, design = results.crosscheck, results.solution.design
     if check is None or design is None:
         return None
     row = int(np.argmin(np.abs(check.values - design.value)))
-    ends = check.found[row]
+    ends = check.ends[row]
     count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
     place = design.parameter.place(float(check.values[row]))
     return Remark.STARTS.worded(count=count, total=len(ends), place=place)
 
 
-def _reached(results: Evidence, limit: Limit) -> Judgement:
+def _reached_from_rest(results: Evidence, limit: Limit) -> Judgement:
     """From rest the device comes to a motion that is allowed, or where none is named to the 1:1 motion."""
     end = results.from_rest
     if end is None:
         raise NumericalError(Remark.NO_DESIGN_POINT)
-    passed = results.is_reached
+    passed = results.is_reached_from_rest
     after = end.settles_after if passed else None
     return Judgement(None, end.name, None, passed, "" if after is None else Remark.AFTER.worded(periods=after))
 
@@ -451,7 +451,7 @@ QUANTITIES: dict[str, Quantity] = {
     "margin_grazing_percent": GRAZING,
     "margin_any_percent": OfMargin(CRITICAL),
     "word": OfRun(_words),
-    "reached_from_rest": OfRun(_reached),
+    "reached_from_rest": OfRun(_reached_from_rest),
     "recovers_within_periods": OfRun(_recovery),
     "margin_with_effects_percent": OfRun(_with_effects, _may_with_effects, dear=True),
     "withstands_distortion_percent": OfRun(_distortion, dear=True),

@@ -23,7 +23,7 @@ from vireport.motions.stability import Stability
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.study.judging.evidence import Criterion, Evidence, unmet_criteria
-from vireport.study.judging.findings import findings, found_by
+from vireport.study.judging.findings import findings, with_results
 from vireport.study.judging.least_margin import MarginToUse, margin_to_use
 from vireport.study.judging.stretch import severity_of
 from vireport.text.alerts import Severity
@@ -447,7 +447,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
         where=_where(solution, design, motions),
         margin=_margin(design, evidence) if design is not None else None,
         from_rest=from_rest,
-        reached=_reached(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
+        reached=_of_starts(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
         voltage=_voltage(evidence) if not motions.narrow else Fact(Question.VOLTAGE, Status.NEUTRAL, None),
         shaker=Fact(Question.SHAKER, Status.GOOD, solution.shaker) if judged_by(Question.SHAKER, criteria) else None,
         own_stiffness=_own_stiffness(evidence.own_stiffness) if not motions.narrow else None,
@@ -465,7 +465,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
 def _added(evidence: Evidence) -> dict[str, AddedAnswer[Any]]:
     """The answers of additions, by their names."""
     answers = (
-        answer for finding, result in found_by(evidence.findings) for answer in finding.answers(result, evidence)
+        answer for finding, result in with_results(evidence.findings) for answer in finding.answers(result, evidence)
     )
     return {answer.name: answer for answer in answers}
 
@@ -525,8 +525,8 @@ def _of_the_core(verdict: Verdict) -> Iterator[tuple[Question, Conclusion]]:
     if _has(verdict.from_rest, Status.CAUTION):
         end = evidence.from_rest
         decided = end is not None and end.decided
-        not_reached = Conclusion.NOT_FROM_REST if decided else Conclusion.FROM_REST_UNKNOWN
-        yield Question.FROM_REST, not_reached
+        conclusion = Conclusion.NOT_FROM_REST if decided else Conclusion.FROM_REST_UNKNOWN
+        yield Question.FROM_REST, conclusion
     yield from ((Question.VOLTAGE, conclusion) for conclusion in _of_voltage(verdict))
     if _has(verdict.simulated, Status.BAD):
         yield Question.SIMULATED, Conclusion.NOT_VERIFIED
@@ -676,11 +676,11 @@ def _from_rest(evidence: Evidence) -> Fact[SwitchedOn] | None:
     return Fact(Question.FROM_REST, Status.GOOD if good else Status.CAUTION, switched_on)
 
 
-def _reached(check: CrossCheck | None) -> Fact[CrossCheck | None]:
+def _of_starts(check: CrossCheck | None) -> Fact[CrossCheck | None]:
     """How many of the simulated starts end on the stable motion; without a simulation its stability is a local one."""
     if check is None or check.share is None:
-        return Fact(Question.REACHED, Status.NEUTRAL, None)
-    return Fact(Question.REACHED, Status.CAUTION if check.elsewhere else Status.GOOD, check)
+        return Fact(Question.STARTS, Status.NEUTRAL, None)
+    return Fact(Question.STARTS, Status.CAUTION if check.elsewhere else Status.GOOD, check)
 
 
 def _voltage(evidence: Evidence) -> Fact[StableVoltages | None]:
