@@ -117,7 +117,10 @@ class PixelPicture(Struct, frozen=True, eq=False):
 
 
 def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
-    """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another."""
+    """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another.
+
+    Invariant: a stable motion lies over a tile that is left, or in a pixel that is drawn with its speeds.
+    """
     pixel = (high - low) / PIXELS
     pixel = np.maximum(pixel, pixel.max() / 4)  # not too fine across a picture that is a line
     shape = (2, *PIXELS)
@@ -126,7 +129,6 @@ def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
     # the end overlaps the beginning, as the double 2 pi is not the number.
     u, phi = np.linspace(-0.5, 0.5, TILES * n + 1), np.linspace(0, 2 * np.pi * (1 + ROUNDING), TILES * n + 1)
     tiles, tiles_so_far = Boxes.grid(u, phi), 0
-    # At any time a stable motion lies over a tile that is left, or in a pixel that is drawn with its speeds.
     while len(tiles):
         tiles_so_far += len(tiles)
         blocks = [tiles[first : first + BLOCK] for first in range(0, len(tiles), BLOCK)]
@@ -200,6 +202,9 @@ def largest_value(problem: Problem, best: float) -> float | None:
     varies. Tolerances have no part in it, nor have margins in restitution or to one kind of critical point and the
     difference of the voltages: without them it can only be larger.
 
+    Invariant: no design exceeds the largest of `done`, which bounds the boxes that are cut no further, and of the
+    bounds of the boxes that are left.
+
     Parameters
     ----------
     problem : Problem
@@ -216,8 +221,6 @@ def largest_value(problem: Problem, best: float) -> float | None:
     # none excludes the design. This needs pictures alone, no margins of boxes.
     off = [(varied, 1 + sign * ring * problem.share) for ring in RINGS for varied, sign in DISPLACED if problem.share]
     off = [change for change in off if change[0] not in RESTITUTIONS]
-    # At any time no design exceeds the largest of `done`, which bounds the boxes that are cut no further, and of the
-    # bounds of those that are left.
     for number in range(ROUNDS):
         bound, excluded = _bounds(problem, boxes, off, together=number < TOGETHER)
         # Looking up every device costs a picture each. Those that excluded most in the round before do nearly all,

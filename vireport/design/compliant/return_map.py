@@ -126,6 +126,9 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
 
     The Jacobian is that of velocity and forcing phase [rad] at the end by those at the touch, (2, 2).
 
+    Invariant: where a leg ends, but for the last one, the ball is on the membrane, and each `d_x` is the derivative of
+    x there by the touch: where the leg ends, not at a time.
+
     Parameters
     ----------
     model : CompliantModel

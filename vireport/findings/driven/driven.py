@@ -181,6 +181,7 @@ def driven_by(
     shaker = shaker_of(recording, device, say)
     if shaker is None:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")
+    # A sample that is late by some time has the acceleration of a phase that is later by 2 pi f times as much.
     if (off := TURN * shaker.frequency_hz * recording.uneven_s) > LARGEST_PHASE:
         times = f"its times are up to {recording.uneven_s:.2g} s off an even clock"
         wrong = f"which makes the acceleration wrong by up to {100 * off:.2g} % of its amplitude"
@@ -258,6 +259,7 @@ def _counted(
     # a cut would be taken from one word and given to the next.
     settled = min(max(SETTLED * end, 2 * SETTLING_PERIODS), MOST_SETTLING * end)
     cut = _emptiest(rows[clock > settled, PHASE])
+    # The last time at which the force has the phase of the cut; a period of it is 2 t_c.
     last = end - (phase / pi + end - cut / pi) % 2
     periods = int((last - settled) / span)
     if periods < 1:
@@ -333,6 +335,7 @@ def _words(
 ) -> tuple[tuple[WordShare, ...], float]:
     """The shares of the words of periods, and that of periods in which the ball comes to rest."""
     letters = np.where(walls > 0, "B", "T")
+    # Impacts are in order of time, so that those of a period are neighbours.
     edges = np.searchsorted(period, np.arange(periods + 1))
     resting = set(period[rested].tolist())
     seen: Counter[str] = Counter()

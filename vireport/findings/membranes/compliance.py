@@ -260,6 +260,7 @@ class Compliance(Struct, frozen=True):
         rung = self.unscaled
         if rung is None:
             return None
+        # What is lost has no shift by which to grade, and is worse than any.
         if rung.orbit is None or not rung.orbit.stable:
             return Grade.INSUFFICIENT
         if self.critical is not None and rung.critical_value is None:
@@ -402,6 +403,7 @@ def _motion_rows(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel) ->
         criterion = ModelCriterion(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)
         yield Compared(f"velocity {at}", Unit.VELOCITY, speed, touch.velocity, criterion)
         yield Compared(f"phase {at}", Unit.PHASE, phase, touch.phase)
+        # A forcing period is 2 t_c; a rigid contact takes no time.
         yield Compared(f"contact over forcing period {at}", Unit.SHARE, 0.0, touch.duration / 2)
         yield Compared(f"deflection {at}", Unit.DEPTH, length * depth, length * touch.deflection)
         yield Compared(f"restitution with the forcing {at}", Unit.RATIO, r, touch.restitution)
@@ -421,6 +423,7 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     # The shift counts over the margin, not over the value: a per mille of a length can be half of what is left of it.
     label, at, value = comparison.critical.label, comparison.critical.sweep_value, comparison.unscaled.critical_value
     varied, side = comparison.varied, 1 if comparison.design_value > at else -1
+    # Positive as long as the critical point stays on its side of the design, wherever stable motion is.
     margin = side * (comparison.design_value - at)
     yield Compared(f"{label}, {varied.symbol}", varied, at, value)
     # At a design that stands on the critical point there is no margin that a shift could be held against.

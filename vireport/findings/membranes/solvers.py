@@ -192,6 +192,7 @@ def run_once(period: Period, factor: float, solver: str, setting: float) -> Solv
         outcome, end, steps = _adaptive(period, force, calls, solver, setting)
     error = None
     if outcome is RunOutcome.SOLVED:
+        # The motion repeats itself: it ends where it began.
         distance = hypot(end[0] - period.position, end[1] - period.velocity)
         if not isfinite(distance):
             outcome = RunOutcome.OVERFLOW
@@ -239,6 +240,7 @@ def _adaptive(period: Period, force: Force, calls: Calls, solver: str, rtol: flo
 
 
 def _fixed(period: Period, force: Force, steps: int) -> RunEnd:
+    # By hand: SciPy has no method with fixed steps.
     dt, z, v = period.model.period / steps, period.position, period.velocity
     for n in range(steps):
         t, middle = n * dt, (n + 0.5) * dt

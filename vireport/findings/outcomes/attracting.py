@@ -155,6 +155,7 @@ def attracting_motions(
     fastest = max((float(np.abs(motion.velocity).max()) for motion in stable), default=0.0)
     speed = start_speed(groups.restitution, fastest)
     ends = endings(groups, random_starts(groups.d, speed, STARTS, SEED)[0], cores)
+    # Starts are told by the places of cores, among which motions without one are missing.
     place = {k: row for row, k in enumerate(k for k in range(len(stable)) if k not in why)}
     unit, time_unit = float(device.velocity_unit(*at)), 0.5 / float(device.frequency_hz)
     least = 0.0 if least_m_s is None else least_m_s / unit
@@ -199,6 +200,7 @@ def _both_kinds(solution: Solution, switched_on: SwitchedOn, atlas: Atlas | None
     flat = mirrored(device)
 
     def add(to: list[Motion], motion: Motion) -> None:
+        # A family stands for its mirror image as well, which has a basin of its own.
         for image in (motion, motion.mirrored()) if flat else (motion,):
             if all(image.distance(other) > SAME for other in to):
                 to.append(image)
@@ -226,6 +228,7 @@ def _from_rest(
         return [False] * len(stable)
     word = Word.of(end.word, end.periods).canonical()
     alike = [motion.word.canonical() == word for motion in stable]
+    # Its word tells which one it is, unless several have it: then only a start does.
     if sum(alike) <= 1:
         return list[bool | None](alike)
     if arrives is None:

@@ -80,6 +80,8 @@ def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
         rebounds = [groups.restitution_at(wall) for wall in motion.word.walls]
         return np.asarray(flight_matrices(groups, motion)[:, :, 1] / -np.array(rebounds)[:, None])
     duration, ahead = motion.durations, np.roll(motion.velocity, -1)
+    # Faster by k, the ball is k times the duration farther at the time of the impact, and there by that over its
+    # velocity sooner.
     late = -duration / ahead
     return np.stack([late, 1 + late * np.array([_pull(groups, t) for t in np.roll(motion.time, -1)])], axis=1)
 
@@ -88,6 +90,7 @@ def _with_friction(groups: Groups[float], motion: Motion) -> Floats:
     """`flight_matrices` of a ball that may stop in flight, by time in place of the phase."""
     before = np.zeros((len(motion.word), RIDING + 1))
     before[:, WALL], before[:, PHASE], before[:, VELOCITY] = motion.word.walls, motion.phase, motion.velocity
+    # The flight of a row of the simulation is the one that ends there.
     before[:, FLIGHT] = np.roll(motion.durations, 1)
     by_phase = jacobians(check_model(groups)[0], before, np.roll(before, -1, axis=0))
     return np.asarray(by_phase * np.array([[1.0, 1 / pi], [pi, 1.0]]))

@@ -240,8 +240,10 @@ def _farthest(error_at: Callable[[float], float], factor: float, error: float) -
         if beyond == inf:
             ahead = factor * sqrt(aim / error)  # it grows with the square
         elif over == inf:
+            # Where the nodes come to other membranes there is no error by which to go on.
             ahead = (factor + beyond) / 2
         else:
+            # Next to a critical point it grows faster than with the square: by the power that both ends show.
             ahead = factor * (beyond / factor) ** (log(aim / error) / log(over / error))
         error_ahead = error_at(ahead)
         if error_ahead <= TOLERANCE:
@@ -302,6 +304,8 @@ def _neglected(
 
 def _repeated(lap: Floats, moments: _Moments, after: _Moments) -> _Moments:
     """Moments that come nearer to repeating themselves after a period, by linear theory of what they change."""
+    # Newton's step with the derivatives of linear theory: in a period deviations are multiplied by A, and of their
+    # products each factor is.
     cubed = np.kron(lap, np.kron(lap, lap))
     mean = moments.mean + np.linalg.solve(np.eye(2) - lap, after.mean - moments.mean)
     skewed = np.linalg.solve(np.eye(8) - cubed, (after.skewness - moments.skewness).ravel())
@@ -335,6 +339,7 @@ def _through_a_period(
     for i, wall in enumerate(walls):
         j = (i + 1) % count
         sizes = np.linalg.eigvalsh(covariance)
+        # As with no restitution: a spread that is a line has no density to be corrected.
         if sizes[0] <= FLATTEST * sizes[1]:
             return None
         # Edgeworth's density: the normal one, of which the nodes are, with the third cumulants as a first correction of
@@ -353,6 +358,7 @@ def _through_a_period(
         ends = forwards(groups, wall, motion.time[i] + late, after, compiled)
         if (ends.wall != walls[j]).any():
             return None
+        # By the flight's clock: the times of the motion begin anew with each period.
         off = np.stack([ends.time - motion.time[i] - durations[i], ends.velocity - motion.velocity[j]], axis=1)
         mean = np.asarray(share @ off, dtype=float)
         off = off - mean

@@ -128,6 +128,7 @@ def stable_manifold(
         np.repeat([0.0, 1.0], FIRST_POINTS),
     )
     count = len(companion.word)
+    # Backwards the line grows by the inverse of the multiplier inside, from its beginning to velocities of order 1.
     periods = min(PERIODS + ceil(log(BEGINNING) / log(contraction)), MOST_PERIODS)
     # Each image of the line a period back holds the one before: the last ones have all of it.
     images: deque[list[ManifoldPiece]] = deque(maxlen=count)
@@ -185,6 +186,7 @@ def _cut(
     apart, alike, _ = _steps(groups, line, begun, fastest)
     speed = _before(groups, begun)
     wanted = (begun.wall != 0) & (np.abs(speed) <= fastest) & (begun.wall * speed > 0)
+    # Some gaps stay wider than the spacing: the halvings end before, where the line is stretched most.
     joined = alike & (apart <= BREAK * spacing) & (line.part[1:] == line.part[:-1]) & wanted[1:] & wanted[:-1]
     part = np.concatenate([[0.0], np.cumsum(~joined)])
     back = _Line(begun.wall, begun.time, speed, part).at(wanted)

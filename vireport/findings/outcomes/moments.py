@@ -56,6 +56,7 @@ def unpressed(pressed: Sequence[Press], count: int) -> list[float]:
     ends = np.cumsum([press.free for press in pressed])
     begins = ends - [press.free for press in pressed]
     places = ends[-1] * (np.arange(count) + 0.5) / count
+    # Rounding of the sums may leave the last places behind the last end.
     which = np.minimum(np.searchsorted(ends, places), len(pressed) - 1)
     phases: list[float] = (np.array([press.release for press in pressed])[which] + (places - begins[which])).tolist()
     return phases

@@ -133,6 +133,8 @@ def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarse
     while step > 1:
         corners = np.stack([label[row + a, column + b] for a in (0, step) for b in (0, step)])
         differ = (corners != corners[0]).any(axis=0)
+        # With neighbours: a boundary may cut into a cell between two of its corners. A cell more on each side spares
+        # the edges of the grid.
         near = np.zeros((size // step + 2, size // step + 2), dtype=bool)
         for a in range(3):
             for b in range(3):
@@ -153,5 +155,6 @@ def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarse
     for rows, columns, width in filled:
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
             cell = label[i : i + width + 1, j : j + width + 1]
+            # What finer neighbours have evaluated on the common edge stays.
             cell[cell == UNKNOWN] = cell[0, 0]
     return OutcomePlane(x, y, label, tuple(recognise.outcomes), evaluated)

@@ -36,6 +36,7 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
     """
     state: State = (float(BOTTOM), 0.0, 0.0, phase)
     elapsed, now = 0.0, phase / pi
+    # A forcing period is 2 t_c.
     while elapsed < 2 * periods:
         zero = floor(now - 0.5) + 1.5  # the next of the zeros of the force, which are at odd multiples of 1/2
         amplitude = min((elapsed + (zero - now) / 2) / (2 * periods), 1.0)
@@ -61,6 +62,7 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
         held = rows[:, SETTLING] + rows[:, RIDING]
         times = clock + np.concatenate([[0.0], np.cumsum(held[:-1] + rows[1:, FLIGHT])])
         past = times > duration
+        # Fewer impacts than were asked for: the ball stays on a membrane, or meets none again.
         if past.any() or len(rows) <= count:
             break
         row = rows[-1]

@@ -112,6 +112,8 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
     """
     matrices = flight_matrices(groups, motion)
     lap, gathered = np.eye(2), np.zeros((2, 2))
+    # Of V at the first impact: what deviations there become within a period; the periods after it follow by
+    # `stationary`.
     for matrix in matrices:
         gathered += lap.T @ lap
         lap = matrix @ lap
@@ -125,9 +127,11 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
             f"(allowed: {percent(1 - NEAREST)} or more)"
         )
     forms = [stationary(lap.T, gathered)]
+    # Found backwards from the one after the last impact, which is the first one a period later.
     for matrix in matrices[:0:-1]:
         forms.insert(0, np.eye(2) + matrix.T @ forms[0] @ matrix)
     forms = [forms[-1], *forms[:-1]]
+    # The level line of a form x' V x reaches along an axis as far as the root of level times that entry of the inverse.
     stretch = max(float(np.linalg.inv(form).diagonal().max()) for form in forms)
     level = WIDEST**2 / stretch
     for _ in range(SHRUNK):
@@ -159,12 +163,16 @@ def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], l
     model, impacts = np.repeat(check_model(groups), len(around), axis=0), 2 * len(forms)
     walls = np.tile(motion.word.walls, 3)
     for i, form in enumerate(forms):
+        # With V = L L' the solutions of L' x = y, y on a circle, are a level line of V.
         off = np.sqrt(level) * np.linalg.solve(np.linalg.cholesky(form).T, around.T).T
         before, phase = motion.velocity[i] + off[:, 1], np.mod(motion.phase[i] + pi * off[:, 0], TURN) % TURN
+        # A velocity away from the membrane is that of no impact: so large a core has parts without a map.
         if (walls[i] * before <= 0).any():
             return False
         starts = np.stack([np.full(len(off), float(walls[i])), np.zeros(len(off)), before, phase], axis=1)
         rows, _ = follow_impacts(model, starts, impacts, None, 1, compiled)
+        # A start that meets other walls is beyond a grazing, where the map has another derivative: its neighbours
+        # within would not tell.
         if (rows[:, :, WALL] != walls[i : i + impacts + 1]).any():
             return False
         if (_values(form, _deviations(motion, i, rows[:, -1])) >= _values(form, off)).any():
@@ -222,8 +230,11 @@ def _followed(
     rode = np.zeros((len(starts), COLUMNS))
     active, states, model = np.arange(len(starts)), starts, check_model(groups)
     patience, block, used = max((core.patience for core in cores), default=MOST), FIRST, 0
+    # Blocks grow: most starts are known after a few impacts, and the others are not known sooner for being asked often.
     while len(active) and used < patience:
         rows, summary = follow_impacts(np.repeat(model, len(states), axis=0), states, block, None, workers, compiled)
+        # The last impact of a block is enough, as no start leaves a core again. Rows before a start are NaN, and a ride
+        # for ever is rest, which the summary tells: neither is followed.
         last, riding = rows[:, -1], np.nan_to_num(rows[:, :, RIDING], posinf=0.0) > 0
         label = np.full(len(active), Elsewhere.UNKNOWN, dtype=np.int64)
         label[(summary[:, 2] == REST) | (summary[:, 2] == HELD)] = Elsewhere.RESTS
@@ -250,6 +261,7 @@ def _released(groups: Groups[float], ride: Floats, cores: Sequence[Core], compil
             return int(ends[0])
         rides = np.concatenate([rides, rode])
         states = releases(rides)
+        # A release in a state that was there before repeats all that came after it.
         if same_release(states[:-1], states[-1]).any():
             return Elsewhere.RESTS
 

@@ -179,6 +179,7 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
     rows = np.zeros((len(delay), 4))
     rows[:, 1] = wall * groups.d / 2 + covered
     rows[:, 2] = speed + jump
+    # Of a phase just below 0 the first remainder is rounded up to a whole turn, which no start may have.
     rows[:, 3] = np.mod(phase, TURN) % TURN
     touching = delay == 0
     leaving = touching & (wall * rows[:, 2] < 0)
@@ -252,6 +253,8 @@ def least_shock(
     while True:
         leads_out, spacing = search.coarse(farthest)
         by_search, companion, exact = leads_out, None, None
+        # Descents and random tries take turns: a smaller shock that was found at random may be of another band, with a
+        # least one of its own.
         for _ in range(ROUNDS):
             if leads_out is None:
                 break
@@ -345,6 +348,7 @@ def _lower(leads_out: LeadOut, shock: Shock, at: Descent, duration: float, count
     out = np.flatnonzero(leads_out(shock.impact, moments, float(np.sign(shock.jump)) * tried))
     size, delay, at_bottom = at.size, at.delay, False
     if len(out):
+        # Sizes ascend along the rows of the grid: the first that leads out is of the smallest.
         least = int(out[0]) // len(delays)
         rows = out[out // len(delays) == least]
         delay = float(moments[rows[np.argmin(np.abs(moments[rows] - delay))]])
@@ -378,6 +382,7 @@ class _Search:
     def coarse(self, farthest: float) -> tuple[Shock | None, float]:
         """The smallest of spread shocks that leads out, and how far apart they were."""
         effort, edges = self.effort, [0.0, *(farthest / 2**k for k in range(self.effort.octaves - 1, -1, -1))]
+        # A range is looked through after every impact before the next one: shocks of larger ranges cannot be the least.
         for low, high in pairwise(edges):
             leading_out: list[Shock] = []
             for impact, duration in enumerate(self.durations.tolist()):
@@ -404,6 +409,7 @@ class _Search:
             jump = self._secant(near, companion)
             if jump is None or abs(jump - near.jump) > WITHIN * abs(near.jump):
                 continue
+            # That a shock leads to the companion does not make it the edge: jumps just beyond have to lead out.
             beyond = abs(jump) * (1 + np.geomspace(BESIDE[0], BESIDE[1], self.effort.zoom))
             delays, sign = np.full(len(beyond), near.delay), float(np.sign(jump))
             out = np.flatnonzero(self.leads_out(near.impact, delays, sign * beyond))
@@ -414,6 +420,8 @@ class _Search:
 
     def _secant(self, near: Shock, companion: Motion) -> float | None:
         """Signed size of the shock that leads to a companion, by its left eigenvector; None if it passes none."""
+        # Of complex multipliers, or with none outside the unit circle, the stable manifold is no line, and bounds
+        # nothing.
         growth, vectors = np.linalg.eig(lap_matrix(self.groups, companion).T)
         outside = int(np.argmax(np.abs(growth)))
         if not (np.isreal(growth).all() and abs(growth[outside]) > 1):
@@ -425,6 +433,7 @@ class _Search:
             rows, _ = follow_impacts(model, start, impacts, None, 1, self.compiled)
             off = np.stack([wrapped(rows[0, :, PHASE] - companion.phase[0]) / pi, rows[0, :, VELOCITY]], axis=1)
             off[:, 1] -= companion.velocity[0]
+            # The first row is the start, which is no impact, and on the other membrane there is no passage.
             off[(rows[0, :, WALL] != companion.word.walls[0]) | (np.arange(len(off)) == 0)] = inf
             return off
 
@@ -438,6 +447,7 @@ class _Search:
             passage = int(np.nanargmin(distance))
             if distance[passage] > NEAR:
                 return None
+            # So near, as up to the passage a deviation grows by the multipliers of all periods until then.
             first, second = jump, jump * (1 + 1e-10)
             before_value, value = deviation(first, passage), deviation(second, passage)
             for _ in range(SECANTS):
@@ -468,6 +478,7 @@ class _Search:
         share = count // 2 // len(self.durations)
         for impact, duration in enumerate(self.durations.tolist()):
             delays = np.where(random.random(share) < 0.5, 0.0, duration * random.random(share))
+            # By the root most are just below the least one, where bands accumulate.
             jumps = size * np.sqrt(random.random(share)) * random.choice([-1.0, 1.0], share)
             out = self.leads_out(impact, delays, jumps)
             leading_out += [

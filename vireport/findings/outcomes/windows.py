@@ -194,6 +194,7 @@ def window_of(solution: Solution, compiled: bool) -> Window | None:
     varied = sweep.parameter if sweep is not None else ends[0].parameter
     value = float(solution.device.value_of(varied))
     low, high = sorted((sweep.start, sweep.end)) if sweep is not None else (value, value)
+    # Also without a sweep: of one that does not hold the design point both ends are on one side.
     if not low < value < high:
         low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])
     window_around = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))

@@ -256,6 +256,7 @@ def least_of(
     ValueError, NumericalError
         As `least_shock`.
     """
+    # All as far as the fastest: one that is searched less far could have a smaller shock than the least that is found.
     usual = max(float(np.abs(motion.velocity).max()) for motion in stable)
     # Searched further only where nothing leads out: the same number of shocks in a wider range are farther apart.
     further = [least * (1 + 1e-9)] if least is not None and least >= usual else []
