@@ -167,7 +167,7 @@ def test_what_starts_by_itself_is_told_without_a_run(kind: str) -> None:
     problem = problem_of(loads(f"{device}{required}design: {{maximise: u_ave_v, cells: 16, vary: [{vary}]}}\n"))
     told = set()
     for t in np.random.default_rng(5).uniform(size=(24, 2)):
-        reached = problem.study(t).evidence.is_reached
+        reached = problem.study(t).evidence.is_reached_from_rest
         assert problem.starts(t) is reached
         told.add(reached)
     assert told == {False, True}
