@@ -40,7 +40,7 @@ benchmarks: setup ## measure the figures of docs/accuracy.md anew, on an idle ma
 	for name in $(BENCHMARKS); do $(BIN)/python benchmarks/$$name.py || exit 1; done
 	$(BIN)/python tools/make_docs.py
 
-docs: setup ## make docs/accuracy.md from what was measured, and the tables of docs/results.md from its records
+docs: setup ## make docs/accuracy.md from what was measured, and tables of keys from their records
 	$(BIN)/python tools/make_docs.py
 
 site: setup ## make the site of the documentation, build/site/index.html

@@ -3,7 +3,7 @@
     python tools/make_docs.py            writes the pages
     python tools/make_docs.py --check    writes nothing; exit code 1 where it would
 
-Figures are those that the benchmarks wrote to `benchmarks/results`, in `accuracy.md.j2`. In docs/results.md the rows
+Figures are those that the benchmarks wrote to `benchmarks/results`, in `accuracy.md.j2`. In all other pages the rows
 behind a comment ``<!-- keys of FromRestData, window: WindowData -->`` are the keys of these records, by the sections
 ``Attributes`` of their docstrings; those of the second stand within `window`, below a line that says so.
 """
@@ -24,7 +24,7 @@ from vireport.study.result_records import ADDED, ResultsBlock
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "benchmarks" / "results"
-ACCURACY, RESULTS = ROOT / "docs" / "accuracy.md", ROOT / "docs" / "results.md"
+ACCURACY = ROOT / "docs" / "accuracy.md"
 TABLE = re.compile(r"(<!-- keys of (.+) -->\n)(?:\|.*\n)*")
 OF_SCENARIOS = "Keys"
 """With what the names of records end that are blocks of a scenario: docs/scenario.md has their keys."""
@@ -54,9 +54,9 @@ def accuracy() -> str:
 
 
 def records() -> dict[str, type[ResultsBlock]]:
-    """Every record of results.json, by its name."""
-    for file in (ROOT / "vireport" / "findings").glob("*/results.py"):
-        import_module(f"vireport.findings.{file.parent.name}.results")
+    """Every record of results.json and of the files of comparisons and searches, by its name."""
+    for file in (ROOT / "vireport").rglob("results.py"):
+        import_module(".".join(file.relative_to(ROOT).with_suffix("").parts))
     kinds, waiting = {}, [ResultsBlock]
     while waiting:
         for kind in waiting.pop().__subclasses__():
@@ -88,32 +88,35 @@ def table(listed: str) -> str:
     return "".join(f"| {' | '.join(line[:columns])} |\n".replace("  ", " ") for line in lines)
 
 
-def results(before: str) -> str:
-    """Text of docs/results.md, its tables made anew."""
+def with_tables(before: str) -> str:
+    """Text of a page, its tables made anew."""
     return TABLE.sub(lambda found: found[1] + table(found[2]), before)
 
 
-def undescribed(page: str) -> Iterator[str]:
-    """Keys that no docstring describes, or that no record has; records that a page has no table of."""
+def undescribed(pages: str) -> Iterator[str]:
+    """Keys that no docstring describes, or that no record has; records that no page has a table of."""
     kinds = records()
-    entries = (entry for _, listed in TABLE.findall(page) for entry in listed.split(", "))
+    entries = (entry for _, listed in TABLE.findall(pages) for entry in listed.split(", "))
     shown = {base.__name__ for entry in entries for base in kinds[entry.rpartition(": ")[2]].__mro__}
     for name, record in kinds.items():
         keys = [key for keys, *_ in described(record) for key in keys]
         for key in sorted(set(keys) ^ set(record.__struct_encode_fields__)):
             yield f"{name}: {'is not a key' if key in keys else 'Attributes do not say what it is'}: {key}"
         if name not in shown:
-            yield f"{name}: docs/results.md has no table of its keys"
+            yield f"{name}: no page of docs/ has a table of its keys"
 
 
 def main() -> int:
     """Write or check the pages; returns the exit code."""
-    before = RESULTS.read_text(encoding="utf-8")
-    mistakes = list(undescribed(before))
-    for page, text in ((ACCURACY, accuracy()), (RESULTS, results(before))):
+    before = {page: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
+    mistakes = list(undescribed("".join(before.values())))
+    for page, text in before.items():
+        made = accuracy() if page == ACCURACY else with_tables(text)
+        if made == text:
+            continue
         if "--check" not in sys.argv:
-            page.write_text(text, encoding="utf-8")
-        elif page.read_text(encoding="utf-8") != text:
+            page.write_text(made, encoding="utf-8")
+        else:
             mistakes.append(f"{page.name} is not what it is made from: python tools/make_docs.py")
     print("\n".join(mistakes), end="\n" if mistakes else "")
     return bool(mistakes)

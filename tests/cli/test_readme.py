@@ -257,7 +257,7 @@ def test_every_block_of_the_results_is_documented(study_of) -> None:
 
 def test_a_key_of_the_results_that_nothing_describes_is_a_mistake() -> None:
     tool = run_path(str(ROOT / "tools" / "make_docs.py"))
-    page = text_of(ROOT / "docs" / "results.md")
+    page = "".join(map(text_of, DOCS))
     assert list(tool["undescribed"](page)) == []
 
     class Damped(ResultsBlock):
@@ -280,9 +280,9 @@ def test_a_key_of_the_results_that_nothing_describes_is_a_mistake() -> None:
     assert list(tool["undescribed"](page)) == [
         "Damped: Attributes do not say what it is: from",
         "Damped: is not a key: heat",
-        "Damped: docs/results.md has no table of its keys",
+        "Damped: no page of docs/ has a table of its keys",
     ]
-    made = tool["results"]("Before.\n\n<!-- keys of damper: Damped -->\n| old |\n\nAfter.\n")
+    made = tool["with_tables"]("Before.\n\n<!-- keys of damper: Damped -->\n| old |\n\nAfter.\n")
     assert made.endswith(
         "<!-- keys of damper: Damped -->\n| key | content | unit |\n| --- | --- | --- |\n| **of `damper`:** | | |\n"
         "| `loss`, `heat` | Energy \\| work, in words. | J |\n\nAfter.\n"

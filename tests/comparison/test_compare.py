@@ -22,11 +22,13 @@ from PIL import Image
 import vireport
 from vireport import analyse, compare_figure, load, loads
 from vireport.base.errors import NumericalError, ScenarioError, UsageError
+from vireport.base.records import plain
 from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.figures import compare_pictures
 from vireport.comparison.outputs import comparison_provenance, render_comparison, terminal_summary
 from vireport.comparison.pages import ComparisonReport
 from vireport.comparison.ranking import Merit, Ranked, rank_studies, ranking_table
+from vireport.comparison.results import CompareData
 from vireport.comparison.variants import variants
 from vireport.figures.overlay import SCENARIO_COLORS
 from vireport.findings.outcomes.outcomes import Outcomes
@@ -38,6 +40,7 @@ from vireport.report.rendering import render_html, render_markdown
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.least_margin import margin_to_use
 from vireport.study.judging.verdict import Conclusion
+from vireport.study.reading import read_record
 from vireport.study.study import Study
 from vireport.text.said import Said, spoken
 
@@ -144,7 +147,9 @@ def test_the_largest_margin_to_use_is_best_and_numbers_are_those_of_the_studies(
         assert (
             place.merits[Merit.RATE] == 2 * 2.0 * design.voltages_by_motion.average_v[0]
         )  # two impacts a period of 2 Hz
-    data = json.loads(json.dumps(inclinations().to_dict()["ranking"], allow_nan=False))
+    whole = json.loads(json.dumps(inclinations().to_dict(), allow_nan=False))
+    assert plain(read_record(whole, CompareData, "compare.json")) == whole
+    data = whole["ranking"]
     assert [row["rank"] for row in data] == [1, 2, 3, 4, 5]
     (row,) = [row for row in data if row["scenario"] == "inclination 45°"]
     assert row["smallest_margin"] == pytest.approx(0.04722322153840652, rel=1e-9)

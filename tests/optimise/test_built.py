@@ -11,14 +11,17 @@ import pytest
 from conftest import EXAMPLES
 from design_texts import DEVICE, unlimited
 
+from vireport.base.records import plain
 from vireport.optimise import outputs
 from vireport.optimise.built import LOSS, built_design
 from vireport.optimise.grid import judged_design
 from vireport.optimise.problem import problem_of
+from vireport.optimise.results import OptimiseData
 from vireport.optimise.search import SearchEvidence, SearchResult, optimise
 from vireport.scenario.loading import load, loads
 from vireport.study.judging.verdict import Status
 from vireport.study.provenance import provenance_of
+from vireport.study.reading import read_record
 from vireport.text.templates import TEMPLATES
 
 LENGTH = "{path: device.length_m, from: 0.4, to: 1.0}"
@@ -64,6 +67,8 @@ def test_page_and_files_are_of_the_rounded_design_and_json_has_both() -> None:
     assert loads(written["unrounded.yaml"].decode()).scenario.device.length_m == exact
     data = json.loads(written["optimise.json"])
     assert [data[name]["inputs"]["device.length_m"] for name in ("best", "built")] == [exact, value]
+    search = {key: value for key, value in data.items() if key not in ("schema_version", "provenance")}
+    assert plain(read_record(data, OptimiseData, "optimise.json")) == search
     assert data["built"]["alerts"] == [alert.to_dict() for alert in study.alerts]
 
 

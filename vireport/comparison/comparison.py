@@ -18,8 +18,10 @@ from msgspec import Struct
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import WorkStep
+from vireport.base.records import plain
 from vireport.comparison.opening import comparison_opening
 from vireport.comparison.ranking import RANK_BY, Merit, Ranked, rank_studies, ranking_table, remarks
+from vireport.comparison.results import CompareData, ComparedData, SettingData
 from vireport.comparison.variants import Item, Variant, Vary, variants
 from vireport.report.changes.quantities import QuantityGroup, compared_scenarios
 from vireport.report.changes.table import NO_DIFFERENCE, Axes, ComparisonRow, axes_of, comparison_rows
@@ -130,23 +132,25 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
         templates : Path, optional
             A folder whose words come before the package's own: of sentences, all else is the same with any.
         """
-        scenarios = [
-            {
-                "name": name,
-                "file": Path(study.loaded.document.name).name,
-                "sha256": study.loaded.sha256,
-                "overrides": list(study.loaded.overrides),
-                "scenario": to_dict(study.scenario),
-            }
-            for name, study in self.by_name.items()
-        ]
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "scenarios": scenarios,
-            "settings": [{"path": row.quantity, "values": list(row.values)} for row in self.settings],
-            "ranking": [scenario.to_dict() for scenario in self.ranking],
-            "quantities": [row.to_dict(templates) for row in self.quantities],
-        }
+        data: dict[str, Any] = plain(
+            CompareData(
+                schema_version=SCHEMA_VERSION,
+                scenarios=[
+                    ComparedData(
+                        name=name,
+                        file=Path(study.loaded.document.name).name,
+                        sha256=study.loaded.sha256,
+                        overrides=list(study.loaded.overrides),
+                        scenario=to_dict(study.scenario),
+                    )
+                    for name, study in self.by_name.items()
+                ],
+                settings=[SettingData(path=row.quantity, values=list(row.values)) for row in self.settings],
+                ranking=[scenario.data for scenario in self.ranking],
+                quantities=[row.data(templates) for row in self.quantities],
+            )
+        )
+        return data
 
     def rows(self) -> list[dict[str, Any]]:
         """Give a row for each scenario, for a data frame: its rank, the values by which it differs, all quantities.

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base.records import plain
+from vireport.comparison.results import RankedData
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint
 from vireport.physics.device import Device
@@ -165,35 +167,41 @@ class Ranked(Struct, frozen=True, eq=False):
             return quantity(withstood.jump_m_s, "m/s")
         return _said("more_than", quantity(_withstands_all(self.study) or 0.0, "m/s"))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give plain data, ready for JSON; an unlimited margin is null, and `margin_limited` false."""
+    @property
+    def data(self) -> RankedData:
+        """The scenario as compare.json has it; an unlimited margin is null, and `margin_limited` false."""
         rigid, verdict = _rigid_room(self.study), self.study.verdict
         use = verdict.margin.data.to_use if verdict.margin is not None else None
         switched_on, withstood = self.study.switched_on, _withstood(self.study)
-        return {
-            "scenario": self.name,
-            "rank": self.rank,
-            "verdict": verdict.word,
-            "conclusions": [conclusion.name.lower() for conclusion in verdict.conclusions],
-            "requirements_met": self.passed,
-            "requirements": len(self.study.criteria),
-            "stable": self.stable,
-            "margin_to_use": None if use is None else use.to_dict(),
-            "smallest_margin": rigid if rigid is not None and isfinite(rigid) else None,
-            "margin_limited": None if rigid is None else isfinite(rigid),
-            "margin_parameter": None if self.margin is None else str(self.margin.parameter),
-            "margin_kind": None if self.margin is None else str(self.margin.event),
-            "u_ave_v": self.merits[Merit.VOLTAGE],
-            "u_per_second_v": self.merits[Merit.RATE],
-            "from_rest": None
+        return RankedData(
+            scenario=self.name,
+            rank=self.rank,
+            verdict=verdict.word,
+            conclusions=[conclusion.name.lower() for conclusion in verdict.conclusions],
+            requirements_met=self.passed,
+            requirements=len(self.study.criteria),
+            stable=self.stable,
+            margin_to_use=None if use is None else use.data,
+            smallest_margin=rigid if rigid is not None and isfinite(rigid) else None,
+            margin_limited=None if rigid is None else isfinite(rigid),
+            margin_parameter=None if self.margin is None else str(self.margin.parameter),
+            margin_kind=None if self.margin is None else str(self.margin.event),
+            u_ave_v=self.merits[Merit.VOLTAGE],
+            u_per_second_v=self.merits[Merit.RATE],
+            from_rest=None
             if switched_on is None or switched_on.from_rest is None
             else switched_on.from_rest.destination,
-            "recovery_periods": None
+            recovery_periods=None
             if switched_on is None or switched_on.recovery is None
             else switched_on.recovery.periods,
-            "least_jump_m_s": None if withstood is None else withstood.jump_m_s,
-            "stable_range": [[part.start, part.end] for part in self.study.solution.stable_ranges],
-        }
+            least_jump_m_s=None if withstood is None else withstood.jump_m_s,
+            stable_range=[[part.start, part.end] for part in self.study.solution.stable_ranges],
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scenario as plain data."""
+        data: dict[str, Any] = plain(self.data)
+        return data
 
 
 def rank_studies(studies: Mapping[str, Study], merits: Sequence[Merit] = ()) -> tuple[Ranked, ...]:

@@ -9,8 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from msgspec.structs import replace
 
+from vireport.base.records import keyed
 from vireport.optimise.grid import OFF, SAME_VALUE, JudgedDesign
+from vireport.optimise.results import OptimiseData, SearchedDesign, SearchEvidenceData
 from vireport.optimise.search import SearchResult
 from vireport.scenario.blocks import DesignPath, Objective, key_of, set_in_type, unit_of
 from vireport.scenario.demands import Need
@@ -148,51 +151,49 @@ def optimise_json(result: SearchResult, study: Study | None, provenance: Provena
     """The result as JSON, one top-level key a line; `study` is `run_of` it."""
     problem, evidence, design = result.problem, result.evidence, result.shown
 
-    def data(point: JudgedDesign | None) -> dict[str, Any] | None:
+    def data(point: JudgedDesign | None) -> SearchedDesign | None:
         return None if point is None else _data(result, point, study if point is design else point.study)
 
-    return json_bytes(
-        {
-            "objective": problem.objective,
-            "sense": "maximise" if problem.sign > 0 else "minimise",
-            "unit": problem.objective.unit,
-            "limits_by_default": {row.key: limit.value if limit.numbers else True for row, limit in problem.usual},
-            "best": data(result.best),
-            "built": data(result.built),
-            "nearest": data(result.nearest),
-            "front": [_data(result, point, point.study) for point in result.front],
-            "evidence": {
-                "cells": list(evidence.counts),
-                "stable": evidence.stable,
-                "within_limits": evidence.within,
-                "tolerated": evidence.tolerated,
-                "no_cell_tolerates_percent": None if evidence.tolerances == 1 else 100 * evidence.tolerances,
-                "yield_takes_percent": None if evidence.yielding is None else 100 * evidence.yielding,
-                "judged": evidence.judged,
-                "candidates": evidence.candidates,
-                "candidates_judged": evidence.candidates_judged,
-                "best_cell": None if evidence.best_cell is None else problem.sign * evidence.best_cell,
-                "largest_step": evidence.step,
-                "no_cell_has_margin_percent": None if evidence.widest is None else 100 * evidence.widest,
-                "proved_bound": evidence.bound,
-                "cells_elsewhere": evidence.elsewhere,
-            },
-        },
-        provenance,
+    found = OptimiseData(
+        objective=problem.objective,
+        sense="maximise" if problem.sign > 0 else "minimise",
+        unit=problem.objective.unit,
+        limits_by_default={row.key: limit.value if limit.numbers else True for row, limit in problem.usual},
+        best=data(result.best),
+        built=data(result.built),
+        nearest=data(result.nearest),
+        front=[_data(result, point, point.study) for point in result.front],
+        evidence=SearchEvidenceData(
+            cells=list(evidence.counts),
+            stable=evidence.stable,
+            within_limits=evidence.within,
+            tolerated=evidence.tolerated,
+            no_cell_tolerates_percent=None if evidence.tolerances == 1 else 100 * evidence.tolerances,
+            yield_takes_percent=None if evidence.yielding is None else 100 * evidence.yielding,
+            judged=evidence.judged,
+            candidates=evidence.candidates,
+            candidates_judged=evidence.candidates_judged,
+            best_cell=None if evidence.best_cell is None else problem.sign * evidence.best_cell,
+            largest_step=evidence.step,
+            no_cell_has_margin_percent=None if evidence.widest is None else 100 * evidence.widest,
+            proved_bound=evidence.bound,
+            cells_elsewhere=evidence.elsewhere,
+        ),
     )
+    return json_bytes(keyed(found), provenance)
 
 
-def _data(result: SearchResult, point: JudgedDesign, study: Study | None) -> dict[str, Any]:
+def _data(result: SearchResult, point: JudgedDesign, study: Study | None) -> SearchedDesign:
     """A design of a search, with the alerts of a study of it."""
     alerts = () if study is None else study.alerts
-    return {
-        "inputs": dict(zip(result.problem.paths, result.problem.values(point.t).tolist(), strict=True)),
-        "value": result.problem.sign * point.value if isfinite(point.value) else None,
-        "margin_percent": 100 * point.margin if isfinite(point.margin) else None,
-        "at_limit": {path: "upper" if upper else "lower" for path, upper in result.problem.at_limits(point.t)},
-        "requirements": [criterion.to_dict() | {"line": None} for criterion in point.study.criteria],
-        "alerts": [alert.to_dict() for alert in alerts],
-    }
+    return SearchedDesign(
+        inputs=dict(zip(map(str, result.problem.paths), result.problem.values(point.t).tolist(), strict=True)),
+        value=result.problem.sign * point.value if isfinite(point.value) else None,
+        margin_percent=100 * point.margin if isfinite(point.margin) else None,
+        at_limit={path: "upper" if upper else "lower" for path, upper in result.problem.at_limits(point.t)},
+        requirements=[replace(criterion.data, line=None) for criterion in point.study.criteria],
+        alerts=[alert.data for alert in alerts],
+    )
 
 
 def shortcoming(result: SearchResult, templates: Path | None = None) -> str:

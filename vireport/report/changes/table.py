@@ -14,9 +14,11 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vireport.base.records import plain
 from vireport.report.changes.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
 from vireport.report.changes.sentences import side_by_side
 from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.study.result_records import ResultsBlock
 from vireport.text.foreign import visible
 from vireport.text.formatting import OF_A_MODEL, Exactness, rounded_text
 from vireport.text.said import Said, spoken
@@ -31,6 +33,33 @@ LONGEST_VALUES = 120
 SAME_INPUT = 1e-12
 """Relative difference up to which a value of the scenario is the same: it is read from a text, and only rounding is
 forgiven."""
+
+
+class ComparedRowData(ResultsBlock, frozen=True, kw_only=True):
+    """A quantity of all scenarios.
+
+    Attributes
+    ----------
+    quantity, group, unit
+        what is compared, in words, its group, and its unit, 1 where it has none
+    values, notes
+        of each scenario; null where it has none, and why, or what there is to say about it
+    change : 1
+        largest difference over the largest size; null where there are no two values, or only some scenarios have one
+    differs
+        whether that is more than rounding
+    sentence
+        what differs, with the numbers
+    """
+
+    quantity: str
+    group: str
+    unit: str
+    values: list[float | None]
+    notes: list[str]
+    change: float | None
+    differs: bool
+    sentence: str
 
 
 class ComparisonRow(Struct, frozen=True):
@@ -117,18 +146,23 @@ class ComparisonRow(Struct, frozen=True):
         """What differs, in the words of a user's folder of templates before the package's own."""
         return "" if self.said is None else self.said.words(templates)
 
+    def data(self, templates: Path | None = None) -> ComparedRowData:
+        """The row as compare.json has it, with the sentence in the words of a folder of templates."""
+        return ComparedRowData(
+            quantity=self.quantity,
+            group=self.group,
+            unit=self.unit,
+            values=list(self.values),
+            notes=list(self.notes),
+            change=self.change,
+            differs=self.differs,
+            sentence=self.worded(templates),
+        )
+
     def to_dict(self, templates: Path | None = None) -> dict[str, Any]:
-        """Give plain data, ready for JSON, with the sentence in the words of a folder of templates."""
-        return {
-            "quantity": self.quantity,
-            "group": self.group,
-            "unit": self.unit,
-            "values": list(self.values),
-            "notes": list(self.notes),
-            "change": self.change,
-            "differs": self.differs,
-            "sentence": self.worded(templates),
-        }
+        """Give plain data, ready for JSON."""
+        data: dict[str, Any] = plain(self.data(templates))
+        return data
 
 
 class Axes(Struct, frozen=True):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from enum import StrEnum
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vireport.base.records import plain
 from vireport.design.margins import Margin
 from vireport.scenario.parameters import ScalarInput
 from vireport.study.judging.alerts import is_near_critical
@@ -74,11 +73,6 @@ class MarginToUse(Struct, frozen=True, eq=False):
             change=None if effect is None else effect.size or None,
             gone=self.gone,
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """The margin as plain data."""
-        data: dict[str, Any] = plain(self.data)
-        return data
 
 
 def margin_to_use(evidence: Evidence) -> MarginToUse | None:
