@@ -19,6 +19,7 @@ from inspect import cleandoc
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from msgspec.inspect import NoneType, Type, UnionType, type_info
 
 from vireport.study.result_records import ADDED, ResultsBlock
 
@@ -26,6 +27,7 @@ ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "benchmarks" / "results"
 ACCURACY = ROOT / "docs" / "accuracy.md"
 TABLE = re.compile(r"(<!-- keys of (.+) -->\n)(?:\|.*\n)*")
+SAYS_NULL = re.compile(r"\bnull\b|\bas of\b", re.IGNORECASE)
 OF_SCENARIOS = "Keys"
 """With what the names of records end that are blocks of a scenario: docs/scenario.md has their keys."""
 
@@ -74,18 +76,24 @@ def described(record: type[ResultsBlock]) -> Iterator[tuple[list[str], str, str]
             yield [files.get(name, name) for name in names.split(", ")], unit, " ".join(text.split())
 
 
+def summary(record: type[ResultsBlock]) -> str:
+    """First line of the docstring of a record."""
+    return (record.__doc__ or "").partition("\n")[0]
+
+
 def table(listed: str) -> str:
     """Rows of the keys of some records: ``Record`` or ``block: Record``, separated by commas."""
     rows = []
     for entry in listed.split(", "):
         block, _, name = entry.rpartition(": ")
-        rows += [(f"**of `{block}`:**", "", "")] if block else []
+        rows += [(f"**of `{block}`:**", summary(records()[name]), "")] if block else []
         for keys, unit, text in described(records()[name]):
             names = ("other blocks" if key == ADDED else f"`{key}`" for key in keys)
-            rows.append((", ".join(names), text.replace("|", "\\|"), unit))
+            rows.append((", ".join(names), text, unit))
     columns = 3 if any(unit for *_, unit in rows) else 2
     lines = [("key", "content", "unit"), ("---",) * 3, *rows]
-    return "".join(f"| {' | '.join(line[:columns])} |\n".replace("  ", " ") for line in lines)
+    cells = ([cell.replace("|", "\\|") for cell in line[:columns]] for line in lines)
+    return "".join(f"| {' | '.join(line)} |\n".replace("  ", " ") for line in cells)
 
 
 def with_tables(before: str) -> str:
@@ -93,8 +101,13 @@ def with_tables(before: str) -> str:
     return TABLE.sub(lambda found: found[1] + table(found[2]), before)
 
 
+def may_be_null(kind: Type) -> bool:
+    """Whether a key of a type may be null."""
+    return isinstance(kind, UnionType) and any(isinstance(one, NoneType) for one in kind.types)
+
+
 def undescribed(pages: str) -> Iterator[str]:
-    """Keys that no docstring describes, or that no record has; records that no page has a table of."""
+    """Keys that no docstring describes, or not when they are null, or that no record has; records without a table."""
     kinds = records()
     entries = (entry for _, listed in TABLE.findall(pages) for entry in listed.split(", "))
     shown = {base.__name__ for entry in entries for base in kinds[entry.rpartition(": ")[2]].__mro__}
@@ -102,6 +115,10 @@ def undescribed(pages: str) -> Iterator[str]:
         keys = [key for keys, *_ in described(record) for key in keys]
         for key in sorted(set(keys) ^ set(record.__struct_encode_fields__)):
             yield f"{name}: {'is not a key' if key in keys else 'Attributes do not say what it is'}: {key}"
+        null = {field.encode_name for field in type_info(record).fields if field.required and may_be_null(field.type)}
+        for names, _, text in described(record):
+            if null & set(names) and not SAYS_NULL.search(f"{summary(record)} {text}"):
+                yield f"{name}: Attributes do not say when it is null: {', '.join(names)}"
         if name not in shown:
             yield f"{name}: no page of docs/ has a table of its keys"
 

@@ -268,24 +268,26 @@ def test_a_key_of_the_results_that_nothing_describes_is_a_mistake() -> None:
         loss, heat : J
             Energy | work,
             in words.
+        work
+            What is done.
         """
 
         loss: float
         from_: float
+        work: float | None
 
-    assert list(tool["undescribed"](page + "<!-- keys of damper: Damped -->\n")) == [
+    mistakes = [
         "Damped: Attributes do not say what it is: from",
         "Damped: is not a key: heat",
+        "Damped: Attributes do not say when it is null: work",
     ]
-    assert list(tool["undescribed"](page)) == [
-        "Damped: Attributes do not say what it is: from",
-        "Damped: is not a key: heat",
-        "Damped: no page of docs/ has a table of its keys",
-    ]
+    assert list(tool["undescribed"](page + "<!-- keys of damper: Damped -->\n")) == mistakes
+    assert list(tool["undescribed"](page)) == [*mistakes, "Damped: no page of docs/ has a table of its keys"]
     made = tool["with_tables"]("Before.\n\n<!-- keys of damper: Damped -->\n| old |\n\nAfter.\n")
     assert made.endswith(
-        "<!-- keys of damper: Damped -->\n| key | content | unit |\n| --- | --- | --- |\n| **of `damper`:** | | |\n"
-        "| `loss`, `heat` | Energy \\| work, in words. | J |\n\nAfter.\n"
+        "<!-- keys of damper: Damped -->\n| key | content | unit |\n| --- | --- | --- |\n"
+        "| **of `damper`:** | A record. | |\n| `loss`, `heat` | Energy \\| work, in words. | J |\n"
+        "| `work` | What is done. | |\n\nAfter.\n"
     )
 
 

@@ -301,7 +301,7 @@ class StableRangeData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class DistortionData(ResultsBlock, frozen=True, kw_only=True):
-    """The least harmonic of an order that ends a stable motion of the design point; null without one.
+    """The least harmonic of an order that ends a stable motion of the design point.
 
     Attributes
     ----------
@@ -415,7 +415,7 @@ class DesignData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class ShakerData(ResultsBlock, frozen=True, kw_only=True):
-    """Demands on the shaker.
+    """Demands on the shaker; null beyond the range of doubles.
 
     Attributes
     ----------
@@ -437,7 +437,7 @@ class ShakerData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class FittingData(ResultsBlock, frozen=True, kw_only=True):
-    """Changes that would each keep the deepest deflection within the membrane's active radius.
+    """Changes that would each keep the deepest deflection within the active radius; null beyond the range of doubles.
 
     Attributes
     ----------
@@ -577,7 +577,7 @@ class BasinShares(ResultsBlock, frozen=True, kw_only=True):
 
 
 class StartEnd(KindOfMotion, frozen=True, kw_only=True):
-    """What a start leads to; what a motion that is not periodic does not have is null.
+    """What a start leads to.
 
     Attributes
     ----------
@@ -791,7 +791,7 @@ class CompletenessData(ResultsBlock, frozen=True, kw_only=True):
     resolution : forcing period
         in flight times; null where families are in closed form
     undecided : 1
-        undecided share of the flight times
+        undecided share of the flight times; null where nothing is searched
     """
 
     word: str | None
@@ -879,9 +879,9 @@ class GenerationData(ResultsBlock, frozen=True, kw_only=True):
     sweep_value
         value of the swept parameter
     u_impacts_v, u_ave_v, u_per_second_v : V, V, V/s
-        voltages of the impacts, their mean, and their sum over a second
+        voltages of the impacts, their mean, and their sum over a second; null beyond the range of doubles
     impacts_per_s : 1/s
-        impacts per second
+        impacts per second; null beyond the range of doubles
     """
 
     sweep_value: float
@@ -892,7 +892,7 @@ class GenerationData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class MultipliersData(ResultsBlock, frozen=True, kw_only=True):
-    """MultipliersData of a motion, by their parts.
+    """Multipliers of a motion, by their parts.
 
     Attributes
     ----------
@@ -905,7 +905,7 @@ class MultipliersData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class MultipliersOfFamily(ResultsBlock, frozen=True, kw_only=True):
-    """MultipliersData of every motion of a family, by their parts.
+    """Multipliers of every motion of a family, by their parts.
 
     Attributes
     ----------
@@ -953,7 +953,7 @@ class FamilyData(ResultsBlock, frozen=True, kw_only=True):
     critical_points
         what happens to its motions
     generation
-        voltages at both ends and in the middle
+        voltages at both ends and in the middle; empty without `ball_mass_kg`
     sweep_value, d
         arrays along the family, as of a [branch](#branches)
     velocity, phase_rad, time, u_impacts_v : F π/(M ω), rad, half a forcing period, V
@@ -1042,7 +1042,8 @@ class CompliantEndData(ResultsBlock, frozen=True, kw_only=True):
     missing, reason
         `lost`, `not found` or `not followed`, and why, in words; else null
     rigid_margin, compliant_margin : 1
-        margins over the design value, negative if the end is on the other side
+        margins over the design value, negative if the end is on the other side; null without a stable motion at the
+        design point, or an end
     """
 
     parameter: str
@@ -1096,11 +1097,11 @@ class EffectRow(ResultsBlock, frozen=True, kw_only=True):
     speed_m_s : m/s
         v₀ of `restitution_exponent`; else null
     sweep_value, kind
-        the end with it
+        the end with it; null where there is none, or none is known, as `reason` says
     moved, moved_relative : as in the scenario, 1
-        distance by which the end has moved, also over its value
+        distance by which the end has moved, also over its value; null as the end
     margin_left : 1
-        remaining margin over the value of the design point, negative where the end has passed it
+        remaining margin over the value of the design point, negative where the end has passed it; null as the end
     least_margin : 1
         the least in any input, if `requirements.margin_with_effects_percent` asks for it: 0 where no motion is
         stable, null where it is not asked for or no motion ends
@@ -1155,7 +1156,7 @@ class MarginToUseData(ResultsBlock, frozen=True, kw_only=True):
     limited_by
         `rigid`, `compliant` or `effect`
     effect, change
-        the effect and its relative size, where it is one
+        the effect and its relative size; null where it is none
     gone
         whether no margin is left
     """
@@ -1176,7 +1177,7 @@ class CriterionData(ResultsBlock, frozen=True, kw_only=True):
     key, title, line
         the requirement, in words, and its line in the scenario, null where it is not from there
     limit, limit_value, unit
-        what is required, as text and as a number
+        what is required, as text and as a number, null where it is none
     by_default
         whether it is required without being asked for
     value, value_text, error_bound
@@ -1291,7 +1292,7 @@ class FromRestData(ResultsBlock, frozen=True, kw_only=True):
         for a ball that lies on the bottom membrane when the force sets in: `reaches_1_1`, `other_motion`,
         `rest_cycle` (it rests on a membrane again and again), `chaotic` (irregular for some 1,600 impacts; of 312
         random devices with this outcome, 57 settled within 300,000 impacts), `at_rest`, or `undecided` where rounding
-        decides
+        decides; null where it is not looked for
     word, periods
         the motion and its forcing periods; a tilde marks ever lower hops and the rest that follows. Null where there
         are none, or a rest cycle is so long that rounding decides when it ends
@@ -1299,20 +1300,20 @@ class FromRestData(ResultsBlock, frozen=True, kw_only=True):
         null, or what the outcome `undecided` comes of, in words
     settles_after_periods
         forcing periods from the moment the ball first leaves the membrane until its impacts stay within 1 % of that
-        motion
+        motion; null where they do not
     ramp_periods
         forcing periods over which the amplitude is ramped up; 0: at once
     motion
-        a periodic motion of another word, without rests, that is reached from rest, solved from its equations; given
-        if no 1:1 motion is stable or there is a `disturbances:` block
+        a periodic motion of another word, without rests, that is reached from rest, solved from its equations; null
+        unless no 1:1 motion is stable or there is a `disturbances:` block
     share_of_switch_on_phases
         share of the switch-on moments of a period from which 1:1 motion is reached, from 32 of them; exact for those
-        at which the ball is pressed down
+        at which the ball is pressed down; null without a `disturbances:` block
     ramp_that_reaches_1_1
-        a ramp, where switching on does not reach a stable 1:1 motion
+        a ramp, where switching on does not reach a stable 1:1 motion; else null
     window
-        the interval around the design point in which no change of the outcome was found. [How it is
-        searched](#the-window)
+        the interval around the design point in which no change of the outcome was found; null where it is not looked
+        for. [How it is searched](#the-window)
     along_sweep
         intervals of the sweep with one outcome, found with 201 values and bisection: narrower ones are missed. By
         default, without a design point and with no stable 1:1 motion in the sweep, only five values, each with `from`
@@ -1337,7 +1338,9 @@ class FromRestData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class ShockData(ResultsBlock, frozen=True, kw_only=True):
-    """The least shock that leads out of a stable 1:1 motion of the design point; of additions, read by comparisons.
+    """The least shock that leads out of a stable 1:1 motion of the design point.
+
+    It is of an addition, and is here as comparisons read it.
 
     Attributes
     ----------
@@ -1345,11 +1348,11 @@ class ShockData(ResultsBlock, frozen=True, kw_only=True):
         size of that jump of the relative velocity; null if none of those tried leads out. This is evidence, not
         proof: a smaller jump that was not tried may lead out
     after, after_s : –, s
-        the membrane that the ball struck last (`bottom` or `top`), and the time since
+        the membrane that the ball struck last (`bottom` or `top`), and the time since; null without a jump
     sign
-        1 for a jump towards the bottom, −1 towards the top
+        1 for a jump towards the bottom, −1 towards the top; null without a jump
     leads_to
-        what the device does after a jump just above this size
+        what the device does after a jump just above this size; null without a jump
     searched_to_m_s, tried : m/s, –
         if none leads out, the size up to which jumps were tried (the largest impact velocity of these motions, or the
         required size if that is larger), and their number
@@ -1387,7 +1390,7 @@ class DisturbancesData(ResultsBlock, frozen=True, kw_only=True):
         reach; without one, the first that 6 starts of 48 impacts reach. There may be others
     recovery_periods, recovery_s
         forcing periods and seconds until 1 % is left of a small disturbance of the slowest stable 1:1 motion, ln
-        100/(−ln of the multiplier's modulus)
+        100/(−ln of the multiplier's modulus); null as `recovery_reason` says
     recovery_error_bound_periods
         error bound of `recovery_periods`
     recovery_reason
@@ -1443,9 +1446,9 @@ class MeasuredImpact(ResultsBlock, frozen=True, kw_only=True):
     velocity_after_standard_error, velocity_after_m_s_standard_error, flight_t_c_standard_error
         standard errors
     velocity_computed, velocity_m_s_computed, phase_rad_computed
-        of the computed motion
+        of the computed motion; null where nothing was computed
     velocity_after_computed, velocity_after_m_s_computed, flight_t_c_computed
-        of the computed motion
+        of the computed motion; null where nothing was computed
     velocity_difference, velocity_m_s_difference, phase_rad_difference
         measured less computed, in standard errors; null where nothing was computed
     velocity_after_difference, velocity_after_m_s_difference, flight_t_c_difference
@@ -1496,14 +1499,14 @@ class MeasuredData(ResultsBlock, frozen=True, kw_only=True):
     word, periods, settled_from_s, averaged
         the motion, the time from which it is periodic, and the number of impacts in the means; null without a word
     reason
-        why there is no word
+        why there is no word; else null
     computed_motion, largest_difference
         the motion that the device reaches from the last measured state, and the largest difference from it in
-        standard errors
+        standard errors; null where nothing was computed
     impacts
         of each impact of the word
     trace, trace_standard_error
-        of the linearised return map at a measured 1:1 motion
+        of the linearised return map at a measured 1:1 motion; null where there is none
     """
 
     file: str = ""
@@ -1648,7 +1651,7 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
         [demands on the shaker](#shaker-and-membranes)
     fits_membrane
         where the deepest deflection exceeds the active radius, [changes that would each bring it
-        within](#shaker-and-membranes)
+        within](#shaker-and-membranes); else null
     stretch
         how far the deepest impact of the stable 1:1 motions, at the design point or without one over the sweep,
         [stretches a membrane](#shaker-and-membranes); null without such a motion or ball mass

@@ -72,7 +72,7 @@ class MeanData(ResultsBlock, frozen=True, kw_only=True):
     Attributes
     ----------
     value, from_, to
-        mean, and its 95 % interval
+        mean, and its 95 % interval, null where `reason` says why
     reason
         why there is no interval, `short` or `drifts`; else null
     """

@@ -65,7 +65,7 @@ class WindowData(ResultsBlock, frozen=True, kw_only=True):
 
 
 class JitterData(ResultsBlock, frozen=True, kw_only=True):
-    """The spread at the impacts, or why none is given; voltages are absent without a ball mass.
+    """The spread at the impacts, or why none is given.
 
     Attributes
     ----------
@@ -73,17 +73,19 @@ class JitterData(ResultsBlock, frozen=True, kw_only=True):
         standard deviations of the phase at the impacts and of the velocity just before them, the larger of both
         membranes; null where linear theory does not hold
     phase_bottom_deg, phase_top_deg, velocity_bottom_m_s, velocity_top_m_s, u_bottom_v, u_top_v : degrees, m/s, V
-        the same for each membrane, and of the voltage gained if the ball mass is given
+        the same for each membrane, and of the voltage gained; absent where these are null, voltages also without
+        `ball_mass_kg`
     u_bottom_mean_v, u_top_mean_v : V
-        mean of that voltage, to second order in the kicks
+        mean of that voltage, to second order in the kicks; absent as that
     relative_error : 1
         relative error of these values: how far mean, covariance and skewness of the spread by the map itself are from
-        linear theory; at most 5 %
+        linear theory; at most 5 %; null where linear theory does not hold
     valid, reason
-        whether these values are given, and if not, why: linear theory does not hold, or restitutions below 0 or above
-        1 would be less than 3 standard deviations away
+        whether these values are given, and if not, why (else null): linear theory does not hold, or restitutions
+        below 0 or above 1 would be less than 3 standard deviations away
     valid_up_to_m_s, valid_up_to_restitution : m/s, 1
-        largest standard deviations for which they are given, at the same ratio of both sources; 0 if there are none
+        largest standard deviations for which they are given, at the same ratio of both sources; 0 if there are none;
+        null where this source is not given
     """
 
     phase_deg: float | None
@@ -111,18 +113,18 @@ class AttractingData(ResultsBlock, frozen=True, kw_only=True):
     name, word, periods
         the motion; word and periods are null for rest
     velocity, phase_rad : F π/(M ω), rad
-        at its impacts
+        at its impacts; null for rest
     share_of_starts : 1
-        share of the starts that reach it
+        share of the starts that reach it; null where returns are undecided
     reached_from_rest
         null if, with a ramp, it is open which of several motions of one word is reached
     least_jump_m_s, after, after_s, sign, leads_to, searched_to_m_s
         the least shock out of that motion, as of `shock`; for other words than BT a quarter as many jumps are tried.
         Null for rest
     after_impact
-        number in the word, from 1, of the impact before it
+        number in the word, from 1, of the impact before it; null without a jump
     reason
-        why no shock is given
+        why no shock is given; else null
     """
 
     name: str

@@ -53,7 +53,7 @@ class ArrivalData(ResultsBlock, frozen=True, kw_only=True):
         number from 0 of the region that the ball enters, after how many impacts, in an arithmetic of how many bits;
         null where that is not proved
     reason
-        why it is not proved
+        why it is not proved; else null
     """
 
     region: int | None
