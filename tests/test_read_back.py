@@ -111,6 +111,17 @@ def test_a_run_of_an_example_says_what_is_kept(name: str) -> None:
     assert read_back(kept_of(name), steady) == []
 
 
+@pytest.mark.slow
+def test_of_many_families_a_page_says_how_many_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vireport.motions.families.MOST_SHOWN", 1)
+    study = study_of("a slow sweep, simulated")
+    said = lines_of(render_html(Report(study, {}, provenance_of(study.loaded, "vireport run x.yaml"))))
+    assert len(study.atlas.families) == 3
+    assert [line[:33] for line in said if "results.json and branches.csv have all" in line] == [
+        "Of 3 families 1 are in the tables"
+    ]
+
+
 def test_a_summary_says_what_is_kept() -> None:
     study = study_of(WHOLE)
     report = Report(study, {}, provenance_of(study.loaded, "vireport run x.yaml"), template="summary.md.j2")

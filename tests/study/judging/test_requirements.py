@@ -239,6 +239,17 @@ def test_inclinations_up_to_the_period_doubling(sweep: dict[str, object]) -> Non
         assert criterion.outcome.margin == pytest.approx(end - to, abs=1e-12)
 
 
+def test_difference_of_u_ave_is_that_of_the_largest_and_the_least_along_the_sweep() -> None:
+    (branch,) = (branch for branch in solved("inclined").branches if branch.family.stable_runs)
+    ((first, last),) = branch.family.stable_runs
+    voltages = branch.voltages_by_motion.average_v[first : last + 1]
+    for limit, passed in ((0.98, False), (1.02, True)):
+        difference = float(voltages.max() - voltages.min())
+        criterion = only("inclined", {"u_ave_difference_at_most_v": limit * difference})
+        assert criterion.outcome.value == pytest.approx(difference, rel=1e-3)
+        assert criterion.passed is passed
+
+
 @pytest.mark.slow
 def test_difference_of_u_ave_is_that_of_many_design_points() -> None:
     low, high = 0.65, 0.74
