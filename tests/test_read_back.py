@@ -175,6 +175,8 @@ def test_the_report_on_the_best_design_says_what_is_kept() -> None:
     tried = replace(result, evidence=replace(result.evidence, **others))
     assert read_back("best design, other evidence", outputs.text(tried, study, tables=True).splitlines()) == []
     assert read_back("best design, terminal", outputs.text(result, study, tables=True).splitlines()) == []
+    tight = replace(result, evidence=replace(result.evidence, bound=result.best.value))
+    assert "is better by more than 0.00" in tidy(outputs.text(tight, study, tables=True))  # a bound is rounded upwards
 
 
 JOINED = re.compile(r'"\s*\n\s*f?"')

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES
 from design_texts import DEVICE, unlimited
+from msgspec.structs import replace
 
 from vireport.base.records import plain
 from vireport.optimise import outputs
 from vireport.optimise.built import LOSS, built_design
-from vireport.optimise.grid import judged_design
-from vireport.optimise.problem import problem_of
+from vireport.optimise.grid import JudgedDesign, judged_design
+from vireport.optimise.problem import Problem, problem_of
 from vireport.optimise.results import OptimiseData
 from vireport.optimise.search import SearchEvidence, SearchResult, optimise
 from vireport.scenario.loading import load, loads
@@ -33,6 +34,22 @@ def shortest() -> SearchResult:
     required = unlimited("margin_any_percent: 5")
     design = f"design: {{minimise: length_m, cells: 16, vary: [{LENGTH}]}}"
     return optimise(problem_of(loads(f"{DEVICE}requirements: {{{required}}}\n{design}\n")))
+
+
+def test_a_design_is_rounded_to_the_first_that_meets_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = f"design: {{maximise: u_ave_v, cells: 16, vary: [{LENGTH}]}}"
+    problem = problem_of(loads(f"{DEVICE}requirements: {{{unlimited('margin_any_percent: 5')}}}\n{design}\n"))
+    best = judged_design(problem, np.array([0.5912345]))
+    tried: list[float] = []
+
+    def judged(problem: Problem, t: np.ndarray) -> JudgedDesign:
+        tried.append(float(problem.values(t)[0]))
+        return replace(best, t=t, repeats=len(tried) == 3)
+
+    monkeypatch.setattr("vireport.optimise.built.judged_design", judged)
+    built = built_design(problem, best)
+    assert len(tried) == 3
+    assert float(problem.values(built.t)[0]) == tried[-1]
 
 
 @pytest.mark.slow

@@ -248,6 +248,8 @@ def test_difference_of_u_ave_is_that_of_the_largest_and_the_least_along_the_swee
         criterion = only("inclined", {"u_ave_difference_at_most_v": limit * difference})
         assert criterion.outcome.value == pytest.approx(difference, rel=1e-3)
         assert criterion.passed is passed
+        least, most = map(float, re.findall(r"(\d+) to (\d+) V", str(criterion.outcome))[0])
+        assert least < most
 
 
 @pytest.mark.slow
