@@ -1,6 +1,6 @@
 """Plant the faults of `faults.yaml` one at a time into a copy of the project, and tell which the tests catch.
 
-    python tools/plant_faults.py [--jobs 2] [--only PART] [--calls FILE] [--whole] [--check] [--record]
+    python tools/plant_faults.py [--jobs 2] [--only PATTERN] [--calls FILE] [--whole] [--check] [--record]
 
 All quick tests run once without a fault, and what each calls is noted. Of each fault those run first that call the
 function, or the macro, in which it is planted, the quickest first; of what survives them, the tests that read pages
@@ -301,7 +301,7 @@ def main() -> int:
     """Plant every fault that is asked for, and count what becomes of them."""
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--jobs", type=int, default=2)
-    asked.add_argument("--only", default="", help="a part of the path of the files in which faults are planted")
+    asked.add_argument("--only", default="", help="a pattern for the paths of the files in which faults are planted")
     asked.add_argument("--calls", type=Path, help="the file in which it is kept what each test calls")
     asked.add_argument("--whole", action="store_true", help="run all quick tests on what survives the others")
     asked.add_argument("--check", action="store_true", help="tell only which faults cannot be planted")
@@ -312,7 +312,7 @@ def main() -> int:
         print(f"headings that stand more than once, of which YAML keeps the last: {', '.join(twice)}")
         return 2
     table = yaml.safe_load(text)
-    faults = [(file, *fault) for file, of in table.items() if given.only in file for fault in of]
+    faults = [(file, *fault) for file, of in table.items() if re.search(given.only, file) for fault in of]
     for file, old, _ in (lost := [fault for fault in faults if places_of(*fault[:2]) != 1]):
         print(f"{file}: {old!r} stands there {places_of(file, old)} times, and not once")
     if lost or given.check:
