@@ -374,7 +374,7 @@ OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("tile_below_of_sweep", (PLACED, PART), "Stable frequency | below 2.5 Hz | from 1.5 Hz, the start of the sweep"),
     (
         "tile_ranges",
-        (thing(inequality=lambda part: "1 Hz < f"), (PART, PART)),
+        (thing(inequality=lambda part: "1 Hz < f" if part is PART else "9 Hz < f"), (PART, thing(parameter=FREQUENCY))),
         "Stable frequency | in 2 ranges | the first: 1 Hz < f",
     ),
     ("room", (thing(relative=0.0123, parameter=FREQUENCY),), "1.2 % in frequency"),
