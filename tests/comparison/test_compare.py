@@ -253,6 +253,18 @@ def test_a_margin_that_is_not_known_is_not_told_as_a_number() -> None:
     assert told == f"Mean voltage of the next, second: {volts[1]}."
 
 
+def test_what_has_nothing_left_to_use_has_no_less_than_nothing() -> None:
+    """However far beyond the end an effect moves it: those are alike in margin."""
+    studies = [study("inclined", f"device.length_m={length}") for length in (0.635, 0.632)]
+    uses = [x.verdict.margin.data.to_use for x in studies]
+    assert all(use.gone and use.relative < 0 for use in uses)
+    ranked = compare(studies, names=("longer", "shorter")).ranking
+    assert [scenario.merits[Merit.MARGIN] for scenario in ranked] == [0.0, 0.0]
+    for scenario in ranked:  # by rigid impacts some is left, as a share of the value
+        nearest = scenario.study.solution.design.limits()[0]
+        assert scenario.data.smallest_margin == pytest.approx(abs(nearest.distance / 2.0))  # of the frequency, 2 Hz
+
+
 def test_voltage_that_costs_margin_is_told() -> None:
     assert [scenario.name for scenario in three().ranking] == ["horizontal", "inclined", "inclined-forcing"]
     assert three().headline == "Best: horizontal, by its margin with rigid membranes."
