@@ -147,6 +147,11 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
         "design-point",
         {"inclination_deg": 45, "device.length_m": 0.31, "device.restitution": 0.49, "disturbances.prove": True},
     ),
+    "two stable motions, and a field above breakdown": (
+        "design-point",
+        {"inclination_deg": 5, "device.length_m": 0.33, "device.ball_mass_kg": 1e-4, **DIELECTRIC,
+         "device.membrane.breakdown_field_v_m": 9e6},
+    ),
     "membranes that are not alike": (
         "inclined",
         {"device.restitution": None, "device.restitution_bottom": 0.47, "device.restitution_top": 0.54,
@@ -203,7 +208,7 @@ OPENINGS: dict[str, tuple[str, dict[str, object]]] = {
 
 @cache
 def study_of(name: str) -> Study:
-    example, overrides = (SCENARIOS | OPENINGS).get(name, DISTORTED)
+    example, overrides = {**SCENARIOS, **OPENINGS, "distorted": DISTORTED}[name]
     with pytest.MonkeyPatch.context() as patch:  # a proof that ends early has as many numbers to show
         patch.setattr("vireport.findings.proofs.section.MOST_FLIGHTS", 6000)
         patch.setattr("vireport.findings.proofs.section.HALVINGS", 1)

@@ -329,7 +329,8 @@ def main() -> int:
     counts = Counter(fault.told for fault in outcomes)
     print(f"{len(outcomes)} faults planted, {len(outcomes) - counts[SURVIVED]} caught: {dict(counts)}")
     if given.record:
-        record = {"date": date.today().isoformat(), "places": counted(outcomes)}
+        listed = sum(len(of) for of in table.values())
+        record = {"date": date.today().isoformat(), "listed": listed, "places": counted(outcomes)}
         RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     return int(SURVIVED in counts)
 

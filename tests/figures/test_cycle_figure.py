@@ -17,7 +17,9 @@ def drawn(*over: str):
     return study, picture(study)
 
 
-@pytest.mark.parametrize("over", [[], ["inclination_deg=0", "device.length_m=0.36"]])
+@pytest.mark.parametrize(
+    "over", [[], ["inclination_deg=0", "device.length_m=0.36"], ["inclination_deg=5", "device.length_m=0.33"]]
+)
 def test_the_areas_that_are_drawn_are_the_energies(over: list[str]) -> None:
     study, cycles = drawn(*over)
     design = study.solution.design
