@@ -244,7 +244,7 @@ class Opening:
             if room == -inf:
                 yield fact("caution", f"{check[0].upper()}{check[1:]}: stable motion hangs on it.")
                 return
-            ways["effect"] = f", or {check}"
+            ways["effect"] = f", or {'measure it' if shift['effect'] == parameter else check}"
         yield fact("caution", f"{self.way(parameter)} for more margin{ways[limit]}.")
 
     def way(self, parameter: str) -> str:

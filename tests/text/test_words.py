@@ -351,6 +351,7 @@ OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("margin_small_effect", ("Go on", "look"), "Go on, or look."),
     ("lost_by_effect", ("look closely",), "Look closely: stable motion hangs on it."),
     ("check_restitution_top", (), "measure the restitution at the top"),
+    ("check_it", (), "measure it"),
     ("check_capsule", (), "compute with a capsule that recoils"),
     ("check_capsule_prescribed", (), "compute with a capsule that does not recoil"),
     ("check_restitution_speed", (), "measure the restitution at several speeds"),

@@ -829,6 +829,14 @@ class LeftOut(StrEnum):
     FRICTION = "friction"
     STIFFNESS = "membrane_stiffness"
 
+    @property
+    def varied(self) -> DesignInput | None:
+        """The input of which an effect is another value; None where it is none."""
+        return {
+            LeftOut.RESTITUTION_BOTTOM: DesignInput.RESTITUTION_BOTTOM,
+            LeftOut.RESTITUTION_TOP: DesignInput.RESTITUTION_TOP,
+        }.get(self)
+
 
 SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC, LeftOut.FRICTION
 """What is left out to a size; the others are there or not."""

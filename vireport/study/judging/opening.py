@@ -40,9 +40,6 @@ GRAVITY = {Status.BAD: 0, Status.CAUTION: 1, Status.GOOD: 2, Status.NEUTRAL: 3}
 ALIKE = 1e-6
 """Relative difference of voltages that counts as none: those of mirror images differ by rounding."""
 
-OF_MEMBRANES = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP
-"""Effects that may make a membrane rebound less or more."""
-
 SAID_OTHERWISE = {
     AlertCode.NO_STABLE_MOTION,
     AlertCode.DESIGN_NOT_STABLE,
@@ -346,13 +343,15 @@ def _effect(use: MarginToUse, recoils: bool) -> Said:
     """A neglected effect as a noun, with its size."""
     assert use.shift is not None
     effect = use.shift.effect
-    form = "_more" if effect.left_out in OF_MEMBRANES and effect.size > 0 else ""
+    form = "_more" if effect.left_out.varied is not None and effect.size > 0 else ""
     return Said(f"with_{_left_out(use, recoils)}{form}", (abs(effect.size),))
 
 
 def _check(use: MarginToUse, recoils: bool) -> Said:
-    """How to know better what a neglected effect does."""
-    return Said(f"check_{_left_out(use, recoils)}")
+    """How to know better what a neglected effect does; the input that is to be changed is not named again."""
+    assert use.shift is not None
+    named = use.relative is not None and use.parameter is use.shift.effect.left_out.varied
+    return Said("check_it" if named else f"check_{_left_out(use, recoils)}")
 
 
 def _left_out(use: MarginToUse, recoils: bool) -> str:

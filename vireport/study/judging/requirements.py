@@ -38,7 +38,7 @@ from vireport.scenario.blocks import (
 from vireport.scenario.demands import Demand, LimitKind
 from vireport.scenario.keys import names_in_order, value_at
 from vireport.scenario.loading import Loaded
-from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.scenario.parameters import Parameter
 from vireport.study.judging.designs import Designs, keeps_motion
 from vireport.study.judging.evidence import Criterion, Evidence, Judgement, Limit, held_against
 from vireport.study.judging.findings import findings, with_results
@@ -63,12 +63,6 @@ LOCATED_SHARE = 1e-9
 
 SHAKER_ERROR = 10 * UNIT
 """Relative rounding of what the shaker must do: of at most ten operations."""
-
-OF_RESTITUTION = {
-    LeftOut.RESTITUTION_BOTTOM: DesignInput.RESTITUTION_BOTTOM,
-    LeftOut.RESTITUTION_TOP: DesignInput.RESTITUTION_TOP,
-}
-"""The effects that are another value of an input: with these many designs are judged at once."""
 
 
 class OfMotions(Struct, frozen=True, eq=False):
@@ -409,8 +403,7 @@ def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
     if device.law is not None or device.rubs:
         return kept
     for effect in Effect.requested(designs.scenario.effects):
-        varied = OF_RESTITUTION.get(effect.left_out)
-        if varied is not None:
+        if (varied := effect.left_out.varied) is not None:
             rows = np.flatnonzero(kept)
             part = designs.select(rows)
             value = np.broadcast_to(part.device.value_of(varied) * (1 + effect.size), len(rows))
