@@ -121,10 +121,15 @@ class Problem(Struct, frozen=True):
         return any(row.question is Question.FROM_REST and limit.kind is LimitKind.HELD for row, limit in self.required)
 
     @property
+    def names_words(self) -> bool:
+        """Whether words are required of the stable motions."""
+        return any(requirement.demand.kind is LimitKind.WORDS for requirement, _ in self.required)
+
+    @property
     def is_costly(self) -> bool:
         """Whether a run of a design follows its motions, simulates it, or proves that all within tolerances work."""
         demands = [requirement.demand for requirement, _ in self.required]
-        followed = any(demand.kind is LimitKind.WORDS or Need.SIMULATION in demand.needs for demand in demands)
+        followed = self.names_words or any(Need.SIMULATION in demand.needs for demand in demands)
         return followed or self.loaded.scenario.tolerances is not None
 
     def may_meet(self, t: Floats, share: float) -> Mask:
@@ -240,8 +245,7 @@ class Problem(Struct, frozen=True):
 
         That is where words are required, and where it is switched on as a block of disturbances says.
         """
-        words = any(requirement.demand.kind is LimitKind.WORDS for requirement, _ in self.required)
-        if words or value_at(self.loaded.scenario, "disturbances") is not None:
+        if self.names_words or value_at(self.loaded.scenario, "disturbances") is not None:
             return None
         return next(self.designs(t[None]).from_rest()).reached
 
