@@ -23,6 +23,7 @@ FILES = {
     "map --over": ("map", "CHART_FILES"),
     "map": ("map", "CELL_FILES"),
     "identify": ("identify", "IDENTIFY_FILES"),
+    "paper": ("paper", "PAPER_FILES"),
     "optimise": ("optimise", "OPTIMISE_FILES"),
 }
 LINES = {
@@ -33,6 +34,7 @@ LINES = {
     "map": ["maps/map.yaml"],
     "identify": ["measured.yaml", "--impacts", str(EXAMPLES / "measured-impacts.csv")],
     "optimise": ["best-design.yaml"],
+    "paper": [],
 }
 DECLARED = {formats.command: formats for name in adding("command") for formats in declared_command(name).formats}
 FORMATS = {"run": RUN, "check": CHECK, **DECLARED}
@@ -50,10 +52,11 @@ def test_a_command_allows_what_it_has_files_for() -> None:
 
 @pytest.mark.parametrize("command", FORMATS)
 def test_every_format_that_a_command_lacks_is_refused_with_those_that_it_has(command, tmp_path, capsys) -> None:
-    file, *others = LINES[command]
+    words = LINES[command]
+    arguments = [str(EXAMPLES / words[0]), *words[1:]] if words else []
     lacking = set(ALL_FORMATS) - set(FORMATS[command].allowed)
     for word in sorted(lacking):
-        line = [command.split()[0], str(EXAMPLES / file), *others, "--format", f"html,{word}"]
+        line = [command.split()[0], *arguments, "--format", f"html,{word}"]
         out = [] if command == "check" else ["-o", str(tmp_path / "out")]
         assert main([*line, *out]) == 2
         said = capsys.readouterr().err

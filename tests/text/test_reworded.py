@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from html import unescape
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from conftest import study
@@ -13,12 +14,21 @@ from pages import Page
 from vireport import analyse, diff, load
 from vireport.base.errors import RenderError
 from vireport.cli.app import main
+from vireport.motions.diagram import TableRow
 from vireport.motions.events import Event
 from vireport.motions.stability import Stability
 from vireport.physics.motion import Symmetry
 from vireport.report.changes.diff_outputs import changes_table, diff_text, rerun_text
-from vireport.report.templates import fill
-from vireport.study.checks.paper import Agreement, ComparedRow, ComparedTypes, Misprint, PrintedPhase, PrintedQuantity
+from vireport.report.printed import misprints_table, numbers_table, types_table
+from vireport.study.checks.paper import (
+    CASES,
+    Agreement,
+    ComparedRow,
+    ComparedTypes,
+    PaperComparison,
+    PrintedPhase,
+    PrintedQuantity,
+)
 from vireport.text.templates import TEMPLATES, Words
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ci" / "failing.yaml"
@@ -183,38 +193,65 @@ def test_a_macro_that_is_not_there_is_named() -> None:
         Words("opening")("none_such")
 
 
-class Compared:
-    """What the section on the paper knows."""
-
-    template = "sections/paper.typ.j2"
-    paper_title = "Paper"
-
-    def __init__(self, rows: list[ComparedRow], types: list[ComparedTypes]) -> None:
-        self.paper, self.case, self.rows, self.types = self, "inclined", rows, types
-        self.misprints = tuple(Misprint)
-
-
 def test_each_row_of_the_papers_numbers_is_worded() -> None:
     phase = PrintedPhase(Event.PITCHFORK, "C1", "3.66", "top")
-    rows = [
+    rows = (
         ComparedRow(PrintedQuantity.POINT_PHASE, "C1", "3.66", 3.62, Agreement.DIFFERS, phase=phase, mirrored=True),
         ComparedRow(PrintedQuantity.POINT_D, "C1", "", 0.25, Agreement.NOT_PRINTED),
         ComparedRow(PrintedQuantity.LENGTH, "Fig. 3", "0.69", 0.69, Agreement.TO_ALL_DIGITS, "0.46"),
         ComparedRow(PrintedQuantity.SHARE, "Fig. 3", "0.58", 0.589, Agreement.CUT_OFF, "0.46"),
         ComparedRow(PrintedQuantity.PHASE, "Fig. 3", "0.58", 0.59, Agreement.ROUNDING_OF_D, "0.46"),
+    )
+    inclined = CASES[1]
+    table = numbers_table([PaperComparison(inclined, rows, ())])
+    assert [row[0] for row in table.rows] == [
+        "C1 of Fig. 2(d)–(f): φ",
+        "C1 of Fig. 2(d)–(f): d",
+        "Fig. 3, d = 0.46: s [m]",
+        "Fig. 3, d = 0.46: q",
+        "Fig. 3, d = 0.46: φ",
     ]
-    nodes = (Stability.UNSTABLE_NODE, Stability.STABLE_NODE)
-    types = [ComparedTypes(Symmetry.SYMMETRIC, nodes, nodes), ComparedTypes(Symmetry.ASYMMETRIC, nodes, nodes[:1])]
-    text = fill(Compared(rows, types), None)
-    for part in (
-        '#"by 0.04";; phase at the #"top"; impact#" of the mirror image";#"; the paper\'s saddle-node is a pitch',
-        "[the paper gives the letter only]",
-        '#"to the digits printed";; take _d_, which has more digits]',
-        '[#"the print is cut off, not rounded";]',
-        '[#"within the rounding of that ";#emph("d");]',
-        '[#"differs: the sweep, or grazing, cuts the row";]',
-        '[#"agrees";]',
-        '#"Figure 2 (g) and (h)"',
-    ):
-        assert part in text
-    assert "Types of motion along the branches" not in fill(Compared(rows, []), None)
+    assert [row[1:3] for row in table.rows] == [
+        ("3.66", "3.62"), ("—", "0.25"), ("0.69", "0.69"), ("0.58", "0.589"), ("0.58", "0.59"),
+    ]  # fmt: skip
+    assert [row[3:] for row in table.rows] == [
+        (
+            "differs",
+            "by 0.04; phase at the top impact of the mirror image; the paper's saddle-node is a pitchfork",
+        ),
+        ("", "the paper gives the letter only"),
+        ("agrees", "to the digits printed; take *d*, which has more digits"),
+        ("agrees", "the print is cut off, not rounded"),
+        ("agrees", "within the rounding of that *d*"),
+    ]
+
+
+def interval(start: str, end: str, stability: Stability) -> TableRow:
+    ends = (SimpleNamespace(label=label) if label else None for label in (start, end))
+    return TableRow(Symmetry.ASYMMETRIC, 1, *ends, stability, 0.2, 0.3, 0.4, 0.5, 0, 1)
+
+
+def test_the_intervals_of_table_1_are_worded() -> None:
+    unstable, node, focus = Stability.UNSTABLE_NODE, Stability.STABLE_NODE, Stability.STABLE_FOCUS
+    rows = interval("", "B1", unstable), interval("B1", "A1", node), interval("A1", "", node), interval("", "", node)
+    types = ComparedTypes(Symmetry.ASYMMETRIC, (unstable, node, focus, node, focus), rows)
+    assert not types.agrees
+    table = types_table([PaperComparison(CASES[2], (), (types,))])
+    cut = "differs: the sweep, or grazing, cuts the row"
+    assert [row[1:] for row in table.rows] == [
+        ("*d* < B1", "0.2", "0.3", "unstable node", "unstable node", "agrees"),
+        ("B1 < *d* < A1", "0.2", "0.3", "stable node", "stable node", "agrees"),
+        ("*d* > A1", "0.2", "0.3", "stable focus", "stable node", cut),
+        ("throughout", "0.2", "0.3", "stable node", "stable node", "agrees"),
+        ("—", "—", "—", "stable focus", "—", cut),
+    ]
+    assert {row[0] for row in table.rows} == {"Asymmetric, Fig. 2(g)–(i)"}
+
+
+def test_slips_of_the_papers_text_are_worded_once_and_where_they_belong() -> None:
+    none = [PaperComparison(case, (), ()) for case in CASES]
+    assert [row[0] for row in misprints_table(none).rows] == [
+        "(3.10)", "Section 4, Im *λ*", "Table 1; caption of Fig. 4", "Section 4, C1", "Section 3, period 4",
+    ]  # fmt: skip
+    assert [row[1:3] for row in misprints_table(none[2:]).rows][-1] == ("Figure 2 (g) and (h)", "Figure 3 (g) and (h)")
+    assert len(misprints_table(none[1:2]).rows) == 3

@@ -43,6 +43,7 @@ ROWS: Mapping[str, AdditionRow] = {
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",), after=("outcomes",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding", "keys")),
+    "paper": AdditionRow(("paper",), ("command",)),
     "identify": AdditionRow(("identify",), ("command",)),
     "verify": AdditionRow(("verify",), ("command",), ("checks",), {"accuracy": "", "extremes": "--extremes"}),
     "compare": AdditionRow(("comparison",), ("command",), old_names={"diff": "--exit-code"}),

@@ -28,6 +28,7 @@ from vireport.physics.groups import by_wall
 from vireport.physics.numbers import DIGITS
 from vireport.report.ci_formats import source_url
 from vireport.report.motions import families_table
+from vireport.report.printed import paper_section
 from vireport.report.voltages import (
     MassEffect,
     Place,
@@ -37,7 +38,7 @@ from vireport.report.voltages import (
 from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
-from vireport.study.checks.paper import PAPER, PaperComparison, compare_with_paper
+from vireport.study.checks.paper import compare_with_paper
 from vireport.study.judging.alerts import Alert
 from vireport.study.judging.evidence import Criterion, unmet_criteria
 from vireport.study.judging.findings import with_results
@@ -161,7 +162,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     template: str = "report.typ.j2"
     opens: Opening | None = None
     decimals: ClassVar[int] = DIGITS
-    paper_title: ClassVar[str] = PAPER
 
     @property
     def alerts(self) -> tuple[Alert, ...]:
@@ -400,9 +400,10 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return mass_effects(self.solution)
 
     @cached_property
-    def paper(self) -> PaperComparison | None:
-        """The paper's numbers beside ours, where the scenario is one of its own."""
-        return compare_with_paper(self.solution)
+    def paper(self) -> tuple[str | Table, ...]:
+        """The paper's numbers beside ours, where the scenario is one of its own; () elsewhere."""
+        compared = compare_with_paper(self.solution)
+        return () if compared is None else paper_section(compared, self.templates)
 
     def failed(self) -> tuple[Criterion, ...]:
         """The requirements that are not met."""

@@ -202,6 +202,7 @@ def attractors(
     impacts: int = 1000,
     budget: int = 20_000,
     workers: int | None = None,
+    compiled: bool = True,
 ) -> list[tuple[Attractor, ...]]:
     """Find the attractors that m starts lead to at each of n parameters.
 
@@ -217,6 +218,8 @@ def attractors(
         Impacts of those that have not settled by then.
     workers : int, optional
         Threads; the number of processors by default. The result does not depend on it.
+    compiled : bool
+        Whether to compile the search, where numba is there.
 
     Returns
     -------
@@ -234,14 +237,16 @@ def attractors(
     cores = (os.cpu_count() or 1) if workers is None else workers
     # As many as the longest cycle needs: most starts have settled by then, and of the others `search` follows more.
     keep = cycles.MAX_IMPACTS + 1
-    rows, summary = follow_impacts(np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores)
+    rows, summary = follow_impacts(
+        np.repeat(model, m, axis=0), first.reshape(n * m, -1), impacts, keep, cores, compiled
+    )
     by_parameter = []
     for i in range(n):
         remembered: list[SimulatedMotion] = []
         ends = []
         for k in range(i * m, (i + 1) * m):
             happened = rows[k, max(0, rows.shape[1] - int(summary[k, 0]) - 1) :]
-            ends.append(search(Trajectory(model[i], happened, summary[k], KEPT), budget, budget, remembered))
+            ends.append(search(Trajectory(model[i], happened, summary[k], KEPT, compiled), budget, budget, remembered))
         by_parameter.append(tuple(ends))
     return by_parameter
 

@@ -117,7 +117,7 @@ class Portrait(Struct, frozen=True, eq=False):
     __repr__ = brief
 
 
-def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") -> Portrait:
+def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "", compiled: bool = True) -> Portrait:
     """Draw the first periodic motion without rest that one of some starts leads to, or else that of the first start.
 
     Parameters
@@ -128,8 +128,10 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") ->
         At least one.
     label : str
         See `Portrait`.
+    compiled : bool
+        Whether to compile the search, where numba is there.
     """
-    model, ends = check_model(groups)[0], attractors(groups, starts)[0]
+    model, ends = check_model(groups)[0], attractors(groups, starts, compiled=compiled)[0]
     attractor = next((end for end in ends if end.cycle is not None and not end.cycle.sticks), ends[0])
     if attractor.cycle is not None and not attractor.cycle.sticks:
         cycle, first = attractor.cycle, int(np.argmax(attractor.cycle.wall == BOTTOM))
@@ -137,8 +139,8 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "") ->
         begin, count = check_start(start, groups.d), PORTRAIT_PERIODS * len(cycle.wall)
     else:
         begin, count = check_start(starts[0], groups.d), PORTRAIT_IMPACTS
-        settled, _ = follow_one(model, begin, LEFT_OUT)
+        settled, _ = follow_one(model, begin, LEFT_OUT, compiled=compiled)
         if len(settled) > 1:
             begin = as_start(settled[-1])
-    rows, _ = follow_one(model, begin, count)
+    rows, _ = follow_one(model, begin, count, compiled=compiled)
     return Portrait(label, *groups[:3], attractor, float(rows[0, PHASE]), *path(model, rows), groups.harmonics)

@@ -1,15 +1,15 @@
 """The numbers that the paper prints, as it prints them, beside those computed here for the same scenario.
 
-Three sweeps, a motion on each, and the slips in the text, which the report's template words. Our numbers are computed
-on the spot. Where they differ from the print by more than the rounding of all its digits leaves open, the row says so.
+Three sweeps, the motions on them, and the slips in the text, which templates word. Our numbers are computed on the
+spot. Where they differ from the print by more than the rounding of all its digits leaves open, the row says so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from math import floor, pi
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -17,15 +17,18 @@ from msgspec.structs import replace
 
 from vireport.design.point import around_length
 from vireport.design.solution import Solution
+from vireport.motions.diagram import TableRow
 from vireport.motions.events import Event
 from vireport.motions.one_to_one import motions_of
 from vireport.motions.orbits import orbits
 from vireport.motions.points import Point, place_at
 from vireport.motions.pointwise import find_motions
-from vireport.motions.stability import Stability
+from vireport.motions.stability import Stability, determinant_of
 from vireport.motions.sweep import Sweep
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import Parameter
+from vireport.simulation.attractors import find_attractor
+from vireport.simulation.events import BOTTOM, Impact
 from vireport.text.formatting import OF_A_MODEL, Exactness
 
 PAPER = (
@@ -40,14 +43,31 @@ NODE, FOCUS, UNSTABLE = Stability.STABLE_NODE, Stability.STABLE_FOCUS, Stability
 
 
 class PrintedMotion(Struct, frozen=True):
-    """A motion of Fig. 3 as its caption prints it; numbers are texts, for their digits count."""
+    """A motion of Fig. 3 as the paper prints it; numbers are texts, for their digits count.
+
+    Attributes
+    ----------
+    figure : str
+    d : str
+        Of the printed inputs the one with most digits: ours is the motion at this d.
+    velocity, position, phi : str
+        Just before the impact on the bottom: velocity [y_c], position [x_c], and phase of the force [rad].
+    swept : tuple of str
+        Length [m] or force [N], in the caption and in the text.
+    q : str
+        Share of the period from the bottom to the top; "" of a motion with more than two impacts.
+    flights : tuple of str
+        Times from impact to impact [t_c], of a motion with more than two; () of one with two.
+    """
 
     figure: str
     d: str
     velocity: str
+    position: str
     phi: str
-    q: str
-    length_m: str
+    swept: tuple[str, ...]
+    q: str = ""
+    flights: tuple[str, ...] = ()
 
 
 class PrintedPhase(Struct, frozen=True):
@@ -87,21 +107,31 @@ class PaperCase(Struct, frozen=True):
 
     Attributes
     ----------
+    name : str
+    panels : str
+        Those of Fig. 2.
     held : tuple of (str, float)
         The other of length and force, and its value.
     letters : tuple of str
         Critical points that have a letter but no number.
+    gravity : tuple of (float, str)
+        Values of the swept parameter for which the text prints the group gbar.
+    modulus : str
+        Of complex multipliers, as the text prints it; "" where the sweep has none.
     """
 
     name: Literal["horizontal", "inclined", "forcing"]
+    panels: str
     inclination_deg: float
     parameter: Parameter
     held: tuple[str, float]
     phases: tuple[PrintedPhase, ...]
     letters: tuple[str, ...]
     types: tuple[PrintedTypes, ...]
-    motion: PrintedMotion
+    motions: tuple[PrintedMotion, ...]
     misprints: tuple[Misprint, ...]
+    gravity: tuple[tuple[float, str], ...] = ()
+    modulus: str = ""
 
 
 SLIPS = Misprint.GRAVITY, Misprint.EIGENVALUE, Misprint.FIGURE_1
@@ -110,6 +140,7 @@ SLIPS = Misprint.GRAVITY, Misprint.EIGENVALUE, Misprint.FIGURE_1
 CASES = (
     PaperCase(
         name="horizontal",
+        panels="(a)–(c)",
         inclination_deg=0.0,
         parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
@@ -122,30 +153,45 @@ CASES = (
             PrintedTypes(Symmetry.SYMMETRIC, Event.PITCHFORK, (UNSTABLE, NODE, FOCUS)),
             PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE, FOCUS, NODE)),
         ),
-        motion=PrintedMotion("Fig. 3(a, b)", "0.3688", "0.7153", "0.5924", "0.5", "0.56"),
+        motions=(PrintedMotion("Fig. 3(a, b)", "0.3688", "0.7153", "0.1844", "0.5924", ("0.56",), "0.5"),),
         misprints=(*SLIPS, Misprint.SADDLE_NODE),
+        modulus="0.25",
     ),
     PaperCase(
         name="inclined",
+        panels="(d)–(f)",
         inclination_deg=45.0,
         parameter=Parameter.LENGTH,
         held=("amplitude_n", 3.0),
         phases=(PrintedPhase(Event.PERIOD_DOUBLING, "B1", "0.49", "bottom"),),
         letters=(),
         types=(PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
-        motion=PrintedMotion("Fig. 3(c, d)", "0.4604", "1.004", "0.5635", "0.587", "0.69"),
+        motions=(PrintedMotion("Fig. 3(c, d)", "0.4604", "1.004", "0.2302", "0.5635", ("0.69",), "0.587"),),
         misprints=SLIPS,
     ),
     PaperCase(
         name="forcing",
+        panels="(g)–(i)",
         inclination_deg=45.0,
         parameter=Parameter.AMPLITUDE,
         held=("length_m", 0.75),
         phases=(PrintedPhase(Event.PERIOD_DOUBLING, "B1", "0.22", "bottom"),),
         letters=(),
         types=(PrintedTypes(Symmetry.ASYMMETRIC, Event.PERIOD_DOUBLING, (UNSTABLE, NODE)),),
-        motion=PrintedMotion("Fig. 3(e, f)", "0.2814", "0.726", "0.2101", "0.6507", "0.75"),
+        motions=(
+            PrintedMotion("Fig. 3(e, f)", "0.2814", "0.726", "0.1407", "0.2101", ("5.31", "5.309"), "0.6507"),
+            PrintedMotion(
+                "Fig. 3(g, h)",
+                "0.2545",
+                "0.715",
+                "0.1272",
+                "0.2355",
+                ("5.87",),
+                flights=("0.92", "1.09", "0.91", "1.08"),
+            ),
+        ),
         misprints=(*SLIPS, Misprint.PERIOD_4),
+        gravity=((3.0, "0.29"), (6.0, "0.14")),
     ),
 )
 
@@ -154,14 +200,23 @@ SYMMETRIC = 1e-9
 
 
 class PrintedQuantity(StrEnum):
-    """What of a critical point or of the motion of Fig. 3 is compared."""
+    """What of a critical point, of a motion of Fig. 3 or of a sweep is compared."""
 
     POINT_PHASE = "point_phase"
     POINT_D = "point_d"
     VELOCITY = "velocity"
+    POSITION = "position"
     PHASE = "phase"
     SHARE = "share"
     LENGTH = "length"
+    FORCE = "force"
+    FLIGHT = "flight"
+    GRAVITY = "gravity"
+    MODULUS = "modulus"
+
+
+SWEPT = {Parameter.LENGTH: PrintedQuantity.LENGTH, Parameter.AMPLITUDE: PrintedQuantity.FORCE}
+"""The swept parameter, as one of the quantities."""
 
 
 class Agreement(StrEnum):
@@ -222,11 +277,16 @@ class ComparedRow(Struct, frozen=True):
 
 
 class ComparedTypes(Struct, frozen=True):
-    """The types of motion along a branch, from small d to large: as Table 1 prints them, and ours."""
+    """The types of motion along a branch, from small d to large: as Table 1 prints them, and our rows of that table."""
 
     family: Symmetry
     printed: tuple[Stability, ...]
-    ours: tuple[Stability, ...]
+    intervals: tuple[TableRow, ...]
+
+    @property
+    def ours(self) -> tuple[Stability, ...]:
+        """The types by the solution."""
+        return tuple(row.stability for row in self.intervals)
 
     @property
     def agrees(self) -> bool:
@@ -237,19 +297,27 @@ class ComparedTypes(Struct, frozen=True):
 class PaperComparison(Struct, frozen=True):
     """The paper beside a solution: its numbers, the types of motion along the branches, and the slips in the text."""
 
-    case: str
+    case: PaperCase
     rows: tuple[ComparedRow, ...]
     types: tuple[ComparedTypes, ...]
-    misprints: tuple[Misprint, ...]
 
 
 def compare_with_paper(solution: Solution) -> PaperComparison | None:
     """Set the paper's numbers beside ours; None where the scenario is not one of the paper's."""
     for case in CASES:
         if _is_case(solution, case):
-            rows = (*_critical_rows(solution, case), *_motion_rows(solution, case))
-            return PaperComparison(case.name, rows, tuple(_type_rows(solution, case)), case.misprints) if rows else None
+            compared = compare_with_case(solution, case)
+            return compared if compared.rows else None
     return None
+
+
+def compare_with_case(solution: Solution, case: PaperCase) -> PaperComparison:
+    """Set the numbers of one of the paper's sweeps beside those of a solution, which may be of another device."""
+    motions = (row for motion in case.motions for row in _motion_rows(solution, case, motion))
+    rows = (*_critical_rows(solution, case), *motions)
+    # What the text says of a whole sweep needs one.
+    rows += tuple(_sweep_rows(solution, case)) if solution.sweep is not None else ()
+    return PaperComparison(case, rows, tuple(_type_rows(solution, case)))
 
 
 def _is_case(solution: Solution, case: PaperCase) -> bool:
@@ -263,10 +331,11 @@ def _is_case(solution: Solution, case: PaperCase) -> bool:
         and device.period_ratio == 1
         and device.inclination_deg == case.inclination_deg
         and getattr(device, held) == value
+        and not (device.recoils or device.friction or device.harmonics or device.law)
     )
     if not same or sweep is not None:
         return same and sweep is not None and sweep.parameter is case.parameter
-    return _rounds_to(float(device.groups(Parameter.LENGTH, device.length_m)[0]), case.motion.d)
+    return _rounds_to(float(device.groups(Parameter.LENGTH, device.length_m)[0]), case.motions[0].d)
 
 
 def _decimals(printed: str) -> int:
@@ -323,34 +392,83 @@ def _phases(point: Point, impact: str) -> Iterator[tuple[float, bool]]:
         yield (other + pi) % (2 * pi), True
 
 
-def _motion_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
-    """The motion of Fig. 3: ours at the printed d, compared within what the rounding of d leaves open."""
-    printed, half, d = case.motion, _half(case.motion.d), float(case.motion.d)
+def _sweep_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
+    """What the text prints of a sweep: the group gbar at its ends, and the modulus of complex multipliers."""
+    device = solution.device
+    for value, printed in case.gravity:
+        gbar, of = float(device.groups(case.parameter, value).gbar), f"Section 3, {case.parameter.place(value)}"
+        yield ComparedRow(PrintedQuantity.GRAVITY, of, printed, gbar, _agreement(printed, gbar))
+    if case.modulus:
+        modulus = float(np.sqrt(determinant_of(device.restitution)))
+        agreement = _agreement(case.modulus, modulus)
+        yield ComparedRow(PrintedQuantity.MODULUS, "Section 4, foci", case.modulus, modulus, agreement)
+
+
+def _motion_rows(solution: Solution, case: PaperCase, printed: PrintedMotion) -> Iterator[ComparedRow]:
+    """A motion of Fig. 3: ours at the printed d, compared within what the rounding of d leaves open."""
+    half, d = _half(printed.d), float(printed.d)
     sweep = solution.sweep or around_length(solution.device)
     value = float(sweep.value(d))
     if not min(sweep.start, sweep.end) <= value <= max(sweep.start, sweep.end):
         return
-    guess = _stable_motion(sweep, value)
-    if guess is None:
+    within = d, d - half, d + half
+    ours = (_with_two_impacts if printed.q else _with_more_impacts)(sweep, within, printed)
+    if ours is None:
         return
-    horizontal = case.inclination_deg == 0 and abs(guess[0]) < SYMMETRIC
-    near = orbits(np.array([guess[0]]), np.array([guess[1]]), sweep.device.restitution, sweep.device.period_ratio)
-    places = [place_at(sweep, float(sweep.value(at)), near, horizontal) for at in (d, d - half, d + half)]
-    speeds = [
-        float(orbits(*place, sweep.device.restitution, sweep.device.period_ratio).velocity_bottom) for place in places
-    ]
-    yield _motion_row(PrintedQuantity.VELOCITY, printed, printed.velocity, speeds)
-    yield _motion_row(PrintedQuantity.PHASE, printed, printed.phi, [phi for _, phi in places])
-    yield _motion_row(PrintedQuantity.SHARE, printed, printed.q, [0.5 + u for u, _ in places])
-    if case.parameter is Parameter.LENGTH:
-        yield _motion_row(PrintedQuantity.LENGTH, printed, printed.length_m, [value])
+    yield _motion_row(PrintedQuantity.VELOCITY, printed, printed.velocity, ours.velocity)
+    yield _motion_row(PrintedQuantity.POSITION, printed, printed.position, [at / 2 for at in within])
+    yield _motion_row(PrintedQuantity.PHASE, printed, printed.phi, ours.phase)
+    if printed.q:
+        yield _motion_row(PrintedQuantity.SHARE, printed, printed.q, ours.share)
+    for text, times in zip(printed.flights, ours.flights, strict=False):
+        yield _motion_row(PrintedQuantity.FLIGHT, printed, text, times)
+    if case.parameter is sweep.parameter:
+        for text in printed.swept:
+            yield _motion_row(SWEPT[sweep.parameter], printed, text, [float(sweep.value(at)) for at in within])
+
+
+class _Ours(NamedTuple):
+    """A motion of ours at the printed d and at the ends of what that may stand for: a number for each of these."""
+
+    velocity: list[float]
+    phase: list[float]
+    share: list[float]
+    flights: list[list[float]]
+
+
+def _with_two_impacts(sweep: Sweep, within: Sequence[float], printed: PrintedMotion) -> _Ours | None:
+    """The first stable 1:1 motion at values of d; None where there is none."""
+    guess = _stable_motion(sweep, float(sweep.value(within[0])))
+    if guess is None:
+        return None
+    r, n = sweep.device.restitution, sweep.device.period_ratio
+    horizontal = sweep.device.inclination_deg == 0 and abs(guess[0]) < SYMMETRIC
+    near = orbits(np.array([guess[0]]), np.array([guess[1]]), r, n)
+    places = [place_at(sweep, float(sweep.value(at)), near, horizontal) for at in within]
+    speeds = [float(orbits(*place, r, n).velocity_bottom) for place in places]
+    return _Ours(speeds, [phi for _, phi in places], [0.5 + u for u, _ in places], [])
+
+
+def _with_more_impacts(sweep: Sweep, within: Sequence[float], printed: PrintedMotion) -> _Ours | None:
+    """The motion with as many impacts that the simulation comes to from the printed one; None where there is none."""
+    start, columns = Impact(BOTTOM, float(printed.velocity), float(printed.phi)), []
+    for at in within:
+        groups = sweep.device.groups(sweep.parameter, float(sweep.value(at))).as_floats()
+        cycle = find_attractor(groups, start, compiled=False).cycle
+        if cycle is None or cycle.sticks or len(cycle.wall) != len(printed.flights):
+            return None
+        # Of its impacts on the bottom the one that the paper begins with.
+        first = int(np.argmin(np.where(cycle.wall == BOTTOM, np.abs(cycle.phase - start.phase), np.inf)))
+        columns.append((cycle.velocity[first], cycle.phase[first], *np.roll(cycle.flight, -first - 1)))
+    velocity, phase, *flights = (list(map(float, row)) for row in zip(*columns, strict=True))
+    return _Ours(velocity, phase, [], flights)
 
 
 def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours: list[float]) -> ComparedRow:
-    """Compare a printed number with ours at the printed d, and at the ends of what that d may stand for, if given."""
+    """Compare a printed number with ours at the printed d, and at the ends of what that d may stand for."""
     middle, *ends = ours
     row = ComparedRow(quantity, of.figure, printed, middle, _agreement(printed, middle), of.d)
-    if not row.agrees and ends and min(ends) - _half(printed) <= float(printed) <= max(ends) + _half(printed):
+    if not row.agrees and min(ends) - _half(printed) <= float(printed) <= max(ends) + _half(printed):
         return replace(row, agreement=Agreement.ROUNDING_OF_D)
     return row
 
@@ -367,6 +485,6 @@ def _type_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedTypes]:
     points = solution.critical_points
     for types in case.types:
         branch = next((point.families[0] for point in points if point.event is types.kind), None)
-        ours = tuple(row.stability for row in solution.table if row.branch == branch)
-        if ours:
-            yield ComparedTypes(types.family, types.words, ours)
+        intervals = tuple(row for row in solution.table if row.branch == branch)
+        if intervals:
+            yield ComparedTypes(types.family, types.words, intervals)

@@ -1,0 +1,52 @@
+"""The command `vireport paper`."""
+
+from typing import Annotated
+
+import typer
+
+from vireport.base.files import require_writable
+from vireport.cli import options
+from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
+from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
+from vireport.cli.options import figure_width_mm, recorded, refuse_files_beside_json
+from vireport.cli.outcome import CommandOutcome, deliver, progress
+
+PAPER = CommandFormats("paper", (*PAGES, *FIGURES, "json"), (*PAGES, "png", "json"))
+
+
+def paper(
+    context: typer.Context,
+    set_: options.Set = None,
+    output: options.Folder = None,
+    json: options.Json = False,
+    format_: Annotated[list[str] | None, format_option(PAPER)] = None,
+    templates: options.Templates = None,
+    paper: options.Paper = options.PaperSize.A4,
+    figure_width: options.FigureWidth = None,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Reproduce the paper: its figures 2, 3, 4, 6 and 7, Table 1, and every number that it prints beside ours.
+
+    With --set, the paper's three scenarios are changed, and the report shows what that changes.
+    """
+    refuse_files_beside_json(context, "reproduction")
+    from vireport.cli.outputs import file_names
+    from vireport.paper.outputs import PAPER_FILES, PAPER_FOLDER, PaperPages, paper_json, paper_outcome
+    from vireport.paper.reproduction import reproduce_paper
+
+    command, formats, folder = recorded(context), formats_of(PAPER, format_), output or PAPER_FOLDER
+    pages = PaperPages(formats, command, templates, paper, figure_width_mm(figure_width, formats))
+    if not json:
+        require_writable(folder, file_names(formats, PAPER_FILES), force)
+    with progress(quiet, verbose) as say:
+        reproduced = reproduce_paper(set_ or (), say)
+        if json:
+            outcome = CommandOutcome(paper_json(reproduced, command))
+        else:
+            outcome = paper_outcome(reproduced, pages, say, verbose)
+    deliver(outcome, folder, quiet)
+
+
+COMMAND = DeclaredCommand("paper", paper, CommandPanel.MEASURED, (PAPER,))

@@ -1,0 +1,91 @@
+"""The files of `vireport paper`: report, figures and paper.json."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from hashlib import sha256
+from pathlib import Path
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vireport.base.progress import Progress
+from vireport.base.records import plain
+from vireport.cli.outcome import CommandOutcome
+from vireport.cli.outputs import file_names
+from vireport.paper.opening import paper_opening
+from vireport.paper.reproduction import ReproducedPaper
+from vireport.paper.results import paper_data
+from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
+from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.results import json_bytes
+
+PAPER_FOLDER = Path("paper")
+"""Folder within the current one that the report is written to by default."""
+
+PAPER_FILES = {
+    **page_and_figure_files([f"figure-{number}" for number in (2, 3, 4, 6, 7)]),
+    Task.JSON: ("paper.json",),
+}
+"""Files that may be written, by their formats."""
+
+
+def paper_provenance(paper: ReproducedPaper, command: str) -> Provenance:
+    """Where the numbers come from; the hash is that of the hashes of the three scenarios, each on a line."""
+    each = [provenance_of(study.loaded, command) for study in paper.studies]
+    names, hashes = ", ".join(x.scenario_name for x in each), "".join(f"{x.scenario_sha256}\n" for x in each)
+    return replace(each[0], scenario_name=names, scenario_sha256=sha256(hashes.encode()).hexdigest())
+
+
+def paper_json(paper: ReproducedPaper, command: str) -> bytes:
+    """The contents of paper.json."""
+    return json_bytes(plain(paper_data(paper)), paper_provenance(paper, command))
+
+
+class PaperPages(Struct, frozen=True):
+    """What is written for a reader, and how.
+
+    Attributes
+    ----------
+    formats : collection of Task
+        Among `PAPER_FILES`.
+    command : str
+        For the record.
+    templates : Path, optional
+        A folder whose templates come before ours.
+    paper : str
+        Of the PDF: a4 or letter.
+    width_mm : float, optional
+        Of figures for a column of a paper.
+    """
+
+    formats: Collection[Task]
+    command: str
+    templates: Path | None = None
+    paper: str = "a4"
+    width_mm: float | None = None
+
+
+def paper_outcome(paper: ReproducedPaper, pages: PaperPages, say: Progress, whole: bool = False) -> CommandOutcome:
+    """The files of a reproduction, and what it comes to; the `whole` opening where that is asked for."""
+    formats, provenance, files = set(pages.formats), paper_provenance(paper, pages.command), dict[str, bytes]()
+    if formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
+        say("drawing")
+        from vireport.figures.style import Sheet, drawn_for
+        from vireport.paper.figures import paper_pictures
+
+        with drawn_for(Sheet.of(pages.width_mm)):
+            drawn = {picture.name: picture for picture in paper_pictures(paper, pages.templates)}
+        say("setting the report")
+        from vireport.paper.page import PaperReport
+        from vireport.report.rendering import render_files
+
+        report = PaperReport(paper, drawn, with_pages(provenance, drawn=True), pages.templates)
+        files |= render_files(report, formats, pages.templates, pages.paper)
+    if Task.JSON in formats:
+        files["paper.json"] = paper_json(paper, pages.command)
+    opening = paper_opening(paper).worded(pages.templates)
+    stale = file_names(pages.formats, PAPER_FILES)
+    others = file_names([task for task in PAPER_FILES if task not in pages.formats], PAPER_FILES)
+    summary = "\n".join(opening.text if whole else opening.lines)
+    return CommandOutcome(files=files, stale=stale, other_files=others, summary=summary)
