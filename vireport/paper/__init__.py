@@ -1,0 +1,1 @@
+"""The paper, whole: its figures, its Table 1 and its printed numbers beside ours, and what others have published."""
