@@ -87,7 +87,7 @@ VOLTAGE = PublishedSource(
 )
 FIXED_STEPS = PublishedSource(
     "fixed steps",
-    "The same program, which takes Runge-Kutta steps of fixed size h",
+    "The simulation of github.com/yashpermalla/TET_EH, by Runge-Kutta steps of fixed size h",
 )
 INELASTIC = PublishedSource(
     "Mehta, Luck",
@@ -210,7 +210,7 @@ def validate(say: Progress = lambda what: None) -> tuple[ValidationRow, ...]:
 
 
 def validation_table(rows: Sequence[ValidationRow]) -> Table:
-    """Published results beside ours, a row for each."""
+    """Published results beside ours, a row for each, in the order of the rows."""
     columns = (*texts("Source", "Quantity"), *numbers("Published", "Computed", "Difference"), *texts("Outcome"))
     agreeing = sum(row.agrees for row in rows)
     return Table(
@@ -343,7 +343,7 @@ def _one_impact() -> Iterator[Result]:
 
 
 def _inelastic() -> Iterator[Result]:
-    """The same of a ball that does not rebound, which begins to leave the table later than it could come back."""
+    """The same of a ball that does not rebound: where the table presses on it, it does not leave at once."""
     yield from _onset_and_doubling(0.0, 1, sqrt(1 + pi**2), sqrt(pi**2 + 4))
 
 
@@ -465,9 +465,9 @@ def voltage_by_tangent(speed: float, membrane: Membrane) -> float:
 
     Notes
     -----
-    The centre of the ball is c = delta - rb below the rim. The line from the rim to it is t = atan2(c, Rc) below the
-    plane of the rim, and l long; the membrane is tangent to the ball, a further asin(rb/l) below that line. Its area is
-    that of a cone of slant height sqrt(l^2 - rb^2) and of a cap on the ball.
+    The centre of the ball is c = delta - rb below the rim. The line from the rim to it, of length l, descends by
+    atan2(c, Rc); the membrane, tangent to the ball, by a further asin(rb/l). Its area is that of a cone of slant height
+    sqrt(l^2 - rb^2) and of a cap on the ball.
     """
     power, rim, ball = membrane.exponent + 1, membrane.active_radius_m, membrane.ball_radius_m
     depth = (power * membrane.ball_mass_kg * speed**2 / (2 * membrane.stiffness)) ** (1 / power)
@@ -501,9 +501,9 @@ def _energy_sink() -> Iterator[Result]:
 
     Notes
     -----
-    The absorber goes to and fro between amplitudes theta, the host between amplitudes xi, in units of half the
-    clearance, and by an angle Delta earlier: theta - 1 = xi cos(Delta) and rho theta = xi sin(Delta), with
-    rho = 2 (1-r)/(pi (1+r)). Ours has xi = 2/(pi^2 d) and theta = (1+r) Zd/(2 d).
+    With the amplitudes theta of the absorber and xi of the host over half the clearance, an angle Delta between them
+    and rho = 2 (1-r)/(pi (1+r)), it is theta - 1 = xi cos(Delta) and rho theta = xi sin(Delta). Ours has
+    xi = 2/(pi^2 d), theta = (1+r) Zd/(2 d) and Delta = phi.
     """
     for restitution in SINK_RESTITUTIONS:
         rho = 2 / pi * (1 - restitution) / (1 + restitution)
