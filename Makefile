@@ -2,7 +2,7 @@
 VENV ?= .venv
 BIN = $(VENV)/bin
 ARGS ?=
-BENCHMARKS ?= accuracy atlas branch chart disturbances distortion explore extremes harmonics impacts maps startup
+BENCHMARKS ?= accuracy atlas branch chart disturbances distortion explore extremes harmonics impacts maps startup validation
 
 .PHONY: help setup test slow all lint format benchmarks docs site pictures schema ci
 
@@ -36,11 +36,11 @@ format: setup ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-benchmarks: setup ## measure the figures of docs/accuracy.md anew, on an idle machine
+benchmarks: setup ## measure the figures of docs/ anew, on an idle machine
 	for name in $(BENCHMARKS); do $(BIN)/python benchmarks/$$name.py || exit 1; done
 	$(BIN)/python tools/make_docs.py
 
-docs: setup ## make docs/accuracy.md from what was measured, and tables of keys from their records
+docs: setup ## make docs/accuracy.md and docs/validation.md from what was recorded, and tables of keys from their records
 	$(BIN)/python tools/make_docs.py
 
 site: setup ## make the site of the documentation, build/site/index.html

@@ -56,6 +56,7 @@ docs/made/python
 :caption: Understand
 docs/model
 docs/accuracy
+docs/validation
 CONTRIBUTING
 CHANGELOG
 ```

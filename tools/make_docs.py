@@ -1,11 +1,12 @@
-"""Makes what docs/ takes from elsewhere: docs/accuracy.md from measured figures, tables of keys from their records.
+"""Makes what docs/ takes from elsewhere: pages from recorded figures, tables of keys from their records.
 
     python tools/make_docs.py            writes the pages
     python tools/make_docs.py --check    writes nothing; exit code 1 where it would
 
-Figures are those that the benchmarks wrote to `benchmarks/results`, in `accuracy.md.j2`. In all other pages the rows
-behind a comment ``<!-- keys of FromRestData, window: WindowData -->`` are the keys of these records, by the sections
-``Attributes`` of their docstrings; those of the second stand within `window`, below a line that says so.
+Figures are those that the benchmarks wrote to `benchmarks/results`, in the pages that have a template here, such as
+`accuracy.md.j2`. In all other pages the rows behind a comment ``<!-- keys of FromRestData, window: WindowData -->`` are
+the keys of these records, by the sections ``Attributes`` of their docstrings; those of the second stand within
+`window`, below a line that says so.
 """
 
 from __future__ import annotations
@@ -25,7 +26,6 @@ from vireport.study.result_records import ADDED, ResultsBlock
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "benchmarks" / "results"
-ACCURACY = ROOT / "docs" / "accuracy.md"
 TABLE = re.compile(r"(<!-- keys of (.+) -->\n)(?:\|.*\n)*")
 SAYS_NULL = re.compile(r"\bnull\b|\bas of\b", re.IGNORECASE)
 OF_SCENARIOS = "Keys"
@@ -45,14 +45,17 @@ def span(values: Iterable[float], digits: int = 2) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def accuracy() -> str:
-    """Text of docs/accuracy.md."""
+def of_figures(template: Path) -> str:
+    """Text of a page with figures."""
     environment = Environment(
-        loader=FileSystemLoader(ROOT / "tools"), undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True
+        loader=FileSystemLoader(template.parent),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        keep_trailing_newline=True,
     )
     environment.filters |= {"rounded": rounded, "span": span}
     results = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in MEASURED.glob("*.json")}
-    return environment.get_template("accuracy.md.j2").render(results)
+    return environment.get_template(template.name).render(results)
 
 
 def records() -> dict[str, type[ResultsBlock]]:
@@ -128,7 +131,8 @@ def main() -> int:
     before = {page: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
     mistakes = list(undescribed("".join(before.values())))
     for page, text in before.items():
-        made = accuracy() if page == ACCURACY else with_tables(text)
+        template = ROOT / "tools" / f"{page.name}.j2"
+        made = of_figures(template) if template.is_file() else with_tables(text)
         if made == text:
             continue
         if "--check" not in sys.argv:

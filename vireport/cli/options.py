@@ -192,6 +192,14 @@ Extremes = Annotated[
         "scenario or the paper's. The exit code is 1 if one fails, and 3 if some could not be run or if none applies.",
     ),
 ]
+Validate = Annotated[
+    bool,
+    typer.Option(
+        "--validate",
+        help="Prints instead what the paper and others have published beside what is computed here, some 10 seconds. "
+        "The exit code is 3 if anything but a misprint of the paper differs.",
+    ),
+]
 EveryRun = Annotated[bool, typer.Option("--all", help="Prints a row for every run, not only for the best.")]
 Schema = Annotated[bool, typer.Option("--schema", help="Prints the JSON Schema of scenarios instead, for editors.")]
 

@@ -8,7 +8,7 @@ from vireport.base.files import require_writable
 from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
 from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
-from vireport.cli.options import figure_width_mm, recorded, refuse_files_beside_json
+from vireport.cli.options import figure_width_mm, recorded, refuse, refuse_files_beside_json
 from vireport.cli.outcome import CommandOutcome, deliver, progress
 
 PAPER = CommandFormats("paper", (*PAGES, *FIGURES, "json"), (*PAGES, "png", "json"))
@@ -17,6 +17,7 @@ PAPER = CommandFormats("paper", (*PAGES, *FIGURES, "json"), (*PAGES, "png", "jso
 def paper(
     context: typer.Context,
     set_: options.Set = None,
+    validate: options.Validate = False,
     output: options.Folder = None,
     json: options.Json = False,
     format_: Annotated[list[str] | None, format_option(PAPER)] = None,
@@ -31,6 +32,14 @@ def paper(
 
     With --set, the paper's three scenarios are changed, and the report shows what that changes.
     """
+    if validate:
+        refuse(context, "--validate prints a table", "set_", "output", "json", "format_", "paper", "figure_width")
+        from vireport.paper.outputs import validation_outcome
+
+        with progress(quiet, verbose) as say:
+            validated = validation_outcome(templates, say)
+        deliver(validated, quiet=quiet)
+        return
     refuse_files_beside_json(context, "reproduction")
     from vireport.cli.outputs import file_names
     from vireport.paper.outputs import PAPER_FILES, PAPER_FOLDER, PaperPages, paper_json, paper_outcome

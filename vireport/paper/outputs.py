@@ -89,3 +89,16 @@ def paper_outcome(paper: ReproducedPaper, pages: PaperPages, say: Progress, whol
     others = file_names([task for task in PAPER_FILES if task not in pages.formats], PAPER_FILES)
     summary = "\n".join(opening.text if whole else opening.lines)
     return CommandOutcome(files=files, stale=stale, other_files=others, summary=summary)
+
+
+def validation_outcome(templates: Path | None, say: Progress) -> CommandOutcome:
+    """What the paper and others have published beside what is computed here, as a table; misprints do not count."""
+    from vireport.paper.reproduction import reproduce_paper
+    from vireport.paper.validation import paper_rows, validate, validation_table
+    from vireport.text.tables import plain_text
+
+    others = validate(say)
+    table = validation_table([*paper_rows(reproduce_paper((), say)), *others], templates)
+    differing = [f"{row.source.name}, {row.what}" for row in others if not row.agrees]
+    failure = f"not as published: {'; '.join(differing)}" if differing else ""
+    return CommandOutcome(plain_text([table]) + "\n", failure=failure, exit_code=3 if differing else 0)

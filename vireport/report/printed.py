@@ -45,10 +45,15 @@ def numbers_table(compared: Sequence[PaperComparison], templates: Path | None = 
     return worded_table(Words("paper", templates), "numbers", "tnntt", rows)
 
 
-def _number(row: ComparedRow, panels: str) -> Iterator[str | Said]:
+def quantity_of(row: ComparedRow, panels: str) -> Said:
+    """What a row compares: its place in the paper and its symbol; `panels` are those of its sweep in Fig. 2."""
     point, symbol = row.quantity in (PrintedQuantity.POINT_PHASE, PrintedQuantity.POINT_D), symbol_of(row)
     of = f"{row.of} of Fig. 2{panels}" if point else row.of
-    yield _said("quantity_at", of, symbol, row.d) if row.d else _said("quantity", of, symbol)
+    return _said("quantity_at", of, symbol, row.d) if row.d else _said("quantity", of, symbol)
+
+
+def _number(row: ComparedRow, panels: str) -> Iterator[str | Said]:
+    yield quantity_of(row, panels)
     yield row.printed or ABSENT
     yield rounded_text(row.ours, row.error)
     yield "" if row.agrees is None else _said("agrees" if row.agrees else "differs")
