@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from vireport.cli.app import main
 from vireport.paper import validation
-from vireport.paper.validation import RESULTS, ValidatedNumber, ValidationRow, validation_table
+from vireport.paper.validation import RESULTS, THE_PAPER, ValidatedNumber, ValidationRow, validation_table
 
 COMPUTED = {
     "bouncing ball": (
@@ -112,11 +113,35 @@ def test_the_table_has_a_row_for_each_result() -> None:
         ValidationRow(source, "v", (one,)),
         ValidationRow(source, "w", (wrong,)),
         ValidationRow(source, "x", (one, wrong)),
+        ValidationRow(THE_PAPER, "y", (wrong,)),
     ]
     table = validation_table(rows)
-    assert table.caption.endswith("1 of 3 agree")
+    assert table.caption == "Published results: 1 of 4 agree"
     assert table.rows == (
         (source.name, "v", "0.7153", "0.71526", "0.000039", "agrees"),
         (source.name, "w", "1.67 to 1.68", "1.69", "0.01", "differs"),
         (source.name, "x", "2 numbers", "1 agree", "0.01", "differs"),
+        ("the paper", "y", "1.67 to 1.68", "1.69", "0.01", "misprint"),
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [False, True])
+def test_the_command_prints_the_paper_first_and_fails_where_anything_else_differs(
+    wrong: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    number = ValidatedNumber.printed("0.7153", 0.72 if wrong else 0.71526064)
+    monkeypatch.setattr(validation, "RESULTS", ((RESULTS[0][0], lambda: iter([("v", (number,))])),))
+    assert main(["paper", "--validate"]) == 3 * wrong
+    said = capsys.readouterr()
+    lines = said.out.splitlines()
+    assert lines[0] == f"Published results: {22 if wrong else 23} of 32 agree"
+    assert lines[2].split()[:3] == ["the", "paper", "C1"]
+    assert sum(line.endswith("misprint") for line in lines) == 9
+    assert lines[-1].split()[0] == "Church,"
+    assert ("not as published: Church, Fortin, v" in said.err) is wrong
+
+
+def test_validation_prints_a_table_and_writes_no_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["paper", "--validate", "-o", "out"]) == 2
+    assert "--validate prints a table: leave out --output" in capsys.readouterr().err
