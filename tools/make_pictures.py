@@ -35,6 +35,7 @@ COMMANDS = {
     "simulated": ("run", "simulated.yaml"),
     "hysteresis": ("run", "hysteresis.yaml"),
     "design-point": ("run", "design-point.yaml"),
+    "paper": ("paper",),
     "compare": ("compare", "horizontal.yaml", "inclined.yaml", "inclined-forcing.yaml"),
     "chart": ("map", "inclined.yaml", "--over", "restitution=0.2..0.8,length_m=0.3..1"),
     "map": ("map", "maps/map.yaml"),
@@ -42,6 +43,7 @@ COMMANDS = {
 }
 
 SHOWN = {
+    "paper-figure-2": "paper/figure-2",
     "horizontal-figure-2": "horizontal/figure-2",
     "inclined-forcing-figure-7": "inclined-forcing/figure-7",
     "simulated-figure-2": "simulated/figure-2",
