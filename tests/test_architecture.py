@@ -112,7 +112,6 @@ DRAWING = {"matplotlib", "typst", "scipy", "numba", "mpmath", "flint", "rich"}
 HEAVY = DRAWING | {"jinja2"}
 DEFERRED = {
     "vireport.findings.outcomes.moments",
-    "vireport.findings.outcomes.ramp",
     "vireport.findings.outcomes.windows",
     "vireport.study.judging.requirements",
     "vireport.study.judging.verdict",

@@ -35,7 +35,7 @@ TELL_NO_RESULT = {
     "design/solution.py": OF_INPUTS,
     "design/speed_law.py": OF_INPUTS,
     "motions/": "why a solver has ended",
-    "findings/accuracy/rootfinding.py": "why a solver has ended",
+    "findings/accuracy/methods.py": "why a solver has ended",
     "findings/accuracy/tables.py": "times and counts of docs/accuracy.md",
     "study/checks/paper.py": "compare with as many decimals as are in print",
     "verify/": "name cases by their inputs",

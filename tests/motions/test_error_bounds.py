@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 from strategies import random_sweeps, sweep_grid
 
-from vireport.design.bounds import bounds_of
+from vireport.design.bounds import bounds_of, voltage_bounds
 from vireport.design.point import around_length, design_point, stable_ranges
 from vireport.design.solution import Solution, solution_of
 from vireport.motions.branches import Branch
@@ -25,7 +25,6 @@ from vireport.physics.device import Device
 from vireport.physics.energy import Conversion, Dielectric, Membrane, Voltages, voltages
 from vireport.physics.groups import Groups
 from vireport.physics.numbers import Rounded
-from vireport.physics.voltage_bounds import voltage_bounds
 from vireport.scenario.parameters import DRIVING, Parameter
 from vireport.simulation.cycles import growth_bound
 from vireport.study.checks import reference

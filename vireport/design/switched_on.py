@@ -1,7 +1,12 @@
-"""What the device comes to when it is switched on, the stable motions that this shows, and how fast it recovers."""
+"""What the device comes to when it is switched on, the stable motions that this shows, and how fast it recovers.
+
+A start that a motion attracts need not have settled on it: its impacts nearly repeat, and Newton's method on the
+simulated map then finds the motion and its multipliers.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -15,7 +20,10 @@ from vireport.design.solution import Solution
 from vireport.physics.groups import Groups
 from vireport.physics.motion import SAME
 from vireport.scenario.parameters import DesignInput, Parameter
-from vireport.simulation.cycles import SimulatedMotion
+from vireport.simulation.cycles import SimulatedMotion, attracting
+from vireport.simulation.events import check_model
+from vireport.simulation.follower import Trajectory
+from vireport.simulation.starts import even_starts, start_speed
 
 if TYPE_CHECKING:
     from vireport.design.outcomes_from_rest import OutcomeRange
@@ -122,7 +130,7 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
     """The stable motions that some starts come to; without the compiler the first that is found."""
     if solution.device.rubs:
         return ()
-    from vireport.design.by_starts import cycles_by_starts
+    from vireport.design.switched_on import cycles_by_starts
 
     motions: list[FollowedMotion] = []
     for cycle in cycles_by_starts(groups, compiled):
@@ -150,3 +158,28 @@ def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
     from vireport.design.outcomes_from_rest import outcomes_at, sampled
 
     return sampled(sweep.start, sweep.end, partial(outcomes_at, solution.device, sweep.parameter, compiled=compiled))
+
+
+FEW = 6, 48
+"""Starts and impacts of each without the compiler, some 4 ms in all: at 246 random devices with such a motion
+they found it at 173. As many random ones found it at 145 to 172."""
+
+MANY = 64, 256
+"""Starts and impacts of each with the compiler."""
+
+
+def cycles_by_starts(groups: Groups[float], compiled: bool) -> Iterator[SimulatedMotion]:
+    """Periodic motions without rests that attract starts in flight, in the order in which they are met, and repeatedly.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device, as numbers.
+    compiled : bool
+        Whether to compile the simulation, where numba is there, and to try more starts.
+    """
+    model, (count, impacts) = check_model(groups)[0], MANY if compiled else FEW
+    for start in even_starts(groups.d, start_speed(groups.restitution), count):
+        ball = Trajectory.begun(model, start.tolist(), impacts, compiled=compiled)
+        if ball.moving and (cycle := attracting(ball)) is not None:
+            yield cycle

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -20,14 +20,17 @@ from msgspec import Struct
 
 from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
-from vireport.report.made_with import made_with
+from vireport.study.provenance import Provenance
 from vireport.text.enclosed import plus_minus
 from vireport.text.formatting import factor_text, tied
-from vireport.text.templates import environment_of, mistakes_named
+from vireport.text.said import BETWEEN
+from vireport.text.tables import Table, worded_table
+from vireport.text.templates import Words, environment_of, mistakes_named
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
     from vireport.study.provenance import Provenance
+
 
 _RICH = re.compile(
     r"\*\*(?P<strong>[^*]+)\*\*"
@@ -162,6 +165,31 @@ def inert_json(value: Any) -> str:
     {"a": "\u003c/script>"}
     """
     return json_text(value).replace("<", "\\u003c")
+
+
+def made_with(provenance: Provenance, overrides: Sequence[str] | None, templates: Path | None = None) -> Table:
+    """Set what made a report, and of what.
+
+    Parameters
+    ----------
+    provenance : Provenance
+    overrides : sequence of str or None
+        What was set over the scenario; None where there are several, whose hashes stand above.
+    templates : Path, optional
+        A folder whose words come before the package's own.
+    """
+    say = Words("provenance", templates)
+    scenario, digest, digests, override, command, python, libraries = say("made_of").split(BETWEEN)
+    rows = [("vireport", provenance.version)]
+    if overrides is None:
+        rows += [(digests, provenance.scenario_sha256)]
+    else:
+        rows += [(scenario, provenance.scenario_name), (digest, provenance.scenario_sha256)]
+        rows += [(override, text) for text in overrides]
+    rows += [(command, provenance.command), (python, provenance.python)]
+    rows += [(libraries, ", ".join(map(" ".join, provenance.libraries)))]
+    rows += [("SOURCE_DATE_EPOCH", provenance.timestamp)] if provenance.timestamp else []
+    return worded_table(say, "made_with", "tc", rows)
 
 
 FILTERS: dict[str, Callable[..., Any]] = {

@@ -44,11 +44,11 @@ from vireport.findings.accuracy.methods import (
     WHOLE,
     Knob,
     Method,
+    find_root,
     settle,
     shoot,
     shoot_critical,
 )
-from vireport.findings.accuracy.rootfinding import find_root
 from vireport.findings.accuracy.tables import measurements, ranking
 from vireport.findings.accuracy.workprecision import (
     ACCURACIES,

@@ -17,7 +17,7 @@ from vireport.design.point import motions_at
 from vireport.findings.outcomes.deviations import flight_matrices, kick_effects
 from vireport.findings.outcomes.impact_map import forwards
 from vireport.findings.outcomes.jitter import Jitter, jitter
-from vireport.findings.outcomes.ramp import ramped
+from vireport.findings.outcomes.moments import ramped
 from vireport.findings.outcomes.shock import LeastShock
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups

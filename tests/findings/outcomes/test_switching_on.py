@@ -14,9 +14,8 @@ from vireport import analyse, loads
 from vireport.design.from_rest import Destination, FromRest, Target
 from vireport.design.outcomes_from_rest import outcomes_at
 from vireport.design.point import motions_at
-from vireport.findings.outcomes.moments import PHASES, RAMPS, outcomes_by_moment, unpressed
+from vireport.findings.outcomes.moments import PHASES, RAMPS, outcomes_by_moment, ramped, unpressed
 from vireport.findings.outcomes.outcomes import switched_on_by
-from vireport.findings.outcomes.ramp import ramped
 from vireport.findings.outcomes.windows import over_sweep, window, window_of
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic

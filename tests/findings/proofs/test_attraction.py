@@ -38,7 +38,7 @@ from vireport.findings.proofs.flights import (
     simulated_past,
 )
 from vireport.findings.proofs.following import Goal, come_in, patience
-from vireport.findings.proofs.itineraries import RETURNS, follow_cells
+from vireport.findings.proofs.itineraries import RETURNS, follow_cells, settles
 from vireport.findings.proofs.proved import Arrival, Proved, ProvedRegion, prove_again, rounded_down
 from vireport.findings.proofs.release import PRECISIONS, reaches
 from vireport.findings.proofs.section import (
@@ -50,7 +50,6 @@ from vireport.findings.proofs.section import (
     proved_section,
     section_again,
 )
-from vireport.findings.proofs.settling import settles
 from vireport.findings.proofs.survived import MOMENTS, SIZES, survived, survived_again
 from vireport.findings.proofs.trap import Trap, lap_derivative, norm_bound, proved_trap, trap_of
 from vireport.physics import flight

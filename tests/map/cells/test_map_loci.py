@@ -8,7 +8,7 @@ from map_texts import TEXT, plan_of
 from msgspec.structs import replace
 
 from vireport.figures.captions import held_by
-from vireport.map.cells.loci import loci_of
+from vireport.map.cells.figures import loci_of
 from vireport.motions.pointwise import find_motions
 from vireport.physics.groups import Groups
 from vireport.scenario.parameters import Parameter

@@ -8,7 +8,7 @@ only the flight differs from one to another. Their Jacobians are the exact ones 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from functools import partial
 from math import atan2, cos, isfinite, pi, sin, sqrt
@@ -30,7 +30,6 @@ from vireport.findings.accuracy.flights import (
     runge_kutta,
     simulated,
 )
-from vireport.findings.accuracy.rootfinding import Floats, find_root
 from vireport.motions.diagram import solve
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits, coefficients, orbits
@@ -440,3 +439,55 @@ METHODS = (
 """All methods, in the order of tables and legends."""
 
 METHOD_NAMES = tuple(method.name for method in METHODS)
+
+
+Floats = NDArray[np.float64]
+
+ROUGHLY = 100.0
+"""Residual, over the irregularity of the equations, at which a standstill of the iteration is that irregularity."""
+
+MOST_EVALUATIONS = 100
+"""Before a search is given up; five to fifteen are usual."""
+
+
+def find_root(
+    equations: Callable[[Floats], Any],
+    guess: Sequence[float] | Floats,
+    stop: float,
+    noise: float,
+    jacobian: bool = False,
+) -> Floats:
+    """Solve equations(x) = 0 near a guess.
+
+    With a Jacobian, by Newton's steps kept within a trust region (Levenberg and Marquardt); without, by Powell's hybrid
+    method with one Jacobian from forward differences and Broyden's updates.
+
+    Parameters
+    ----------
+    equations : callable
+        Array of unknowns, all of the order of one, to as many residuals; with `jacobian`, to residuals and Jacobian.
+    guess : sequence of float
+    stop : float
+        Relative correction after which the next x is the solution.
+    noise : float
+        Size of what is irregular in the residuals, where no correction gets smaller.
+    jacobian : bool
+        Whether the equations give their Jacobian too.
+
+    Raises
+    ------
+    NumericalError
+        If the corrections do not settle where the equations hold.
+    """
+    from scipy.optimize import root  # type: ignore[import-untyped]
+
+    if jacobian:
+        # No test but that of the correction: the sum of squares may go on falling.
+        options = {"xtol": stop, "ftol": 0.0, "maxiter": MOST_EVALUATIONS}
+        result = root(equations, guess, jac=True, method="lm", options=options)
+    else:
+        result = root(equations, guess, method="hybr", options={"xtol": stop, "maxfev": MOST_EVALUATIONS})
+    residual = float(np.max(np.abs(result.fun)))
+    if not residual <= max(ROUGHLY * noise, stop if result.success else 0.0):
+        raise NumericalError(f"Newton's method did not settle: residual {residual:.1g} after {result.nfev} evaluations")
+    return np.asarray(result.x, dtype=float)

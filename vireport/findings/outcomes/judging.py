@@ -6,13 +6,23 @@ from typing import TYPE_CHECKING
 
 from vireport.base.errors import NumericalError
 from vireport.findings.outcomes.outcomes import Outcomes
-from vireport.findings.outcomes.remarks import ShockRemark
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
 from vireport.text.formatting import percent
+from vireport.text.patterns import Pattern
 from vireport.text.requirements import Remark
 
 if TYPE_CHECKING:
     from vireport.findings.outcomes.attracting import AttractingMotion, AttractingMotions
+
+
+class ShockRemark(Pattern):
+    """Where a value comes from, and why a requirement is not met."""
+
+    NO_MOTION = "no stable motion of a word that is required is known at the design point"
+    UNDECIDED = "not decided: {reason}"
+    TRIED = "by {count} shocks tried: evidence, not proof"
+    NONE_LEADS_OUT = "none leads out up to there, by {count} shocks tried: evidence, not proof"
+    STARTS = "{share} of {total} random starts"
 
 
 def outcomes_of(evidence: Evidence) -> Outcomes:

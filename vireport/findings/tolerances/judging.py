@@ -11,12 +11,21 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.base.shares import share_interval
 from vireport.design.devices import devices_off, sample_steps
-from vireport.findings.tolerances.remarks import YieldRemark
 from vireport.study.judging.designs import BORDER, Designs
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
+from vireport.text.patterns import Pattern
 
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
+
+
+class YieldRemark(Pattern):
+    """Where a value comes from, and why the requirement is not met."""
+
+    NO_TOLERANCES = "there are no tolerances"
+    PROVED = "every device within the tolerances is proved to have stable motion"
+    COUNTED = "{count} of {total} random devices have stable motion"
+
 
 Mask = NDArray[np.bool_]
 

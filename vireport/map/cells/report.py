@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from vireport.map.cells.cells import MapPlan
-from vireport.map.cells.figures import outcomes_of
-from vireport.map.cells.findings import MapFindings
+from vireport.map.cells.design import map_design
+from vireport.map.cells.figures import map_pictures, outcomes_of
+from vireport.map.cells.findings import MapFindings, findings_of
 from vireport.map.design import MapDesign
+from vireport.map.outputs import MapOutput, drawn
 from vireport.map.report import MapReport
 from vireport.motions.stability import STABILITIES
+from vireport.scenario.loading import Loaded, LoadedMap
 from vireport.scenario.parameters import Named
 from vireport.study.judging.opening import Opening, Statement, WordedOpening
 from vireport.study.judging.verdict import Status
 from vireport.text.formatting import capital, rounded_text
 from vireport.text.said import words_of
 from vireport.text.tables import Table, worded_table
+
+if TYPE_CHECKING:
+    from vireport.map.cells.store import Store
+
 
 _said = words_of("map")
 
@@ -105,3 +112,30 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         }
         rows = [_said(f"lacks_{name}").parts(self.templates) for name, there in given.items() if not there]
         return worded_table(self.say, "left_out", "tt", rows)
+
+
+def report_of(store: Store, loaded: LoadedMap, design: Loaded | None, output: MapOutput) -> CellsReport:
+    """What a finished map comes to, with its figures drawn.
+
+    Parameters
+    ----------
+    store : Store
+        With the finished map.
+    loaded : LoadedMap
+        The map file.
+    design : Loaded, optional
+        Its design point.
+    output : MapOutput
+    """
+    plan, templates = store.plan, output.templates
+    findings, at_design = findings_of(plan, store.result), map_design(design, plan)
+    pictures = drawn(output, lambda: map_pictures(plan, store.result, findings, at_design, templates))
+    return CellsReport(
+        loaded,
+        pictures,
+        output.provenance(loaded, pictures),
+        templates,
+        plan=plan,
+        findings=findings,
+        design=at_design,
+    )

@@ -83,7 +83,7 @@ def run_map(
 
             counted = Words("map")("counted", plan, findings_of(plan, store.result))
             return "\n".join([*rejected, counted, _written([store.result])])
-        from vireport.map.cells.outputs import report_of
+        from vireport.map.cells.report import report_of
 
         output = output or MapOutput()
         report = report_of(store, loaded, design, output)
