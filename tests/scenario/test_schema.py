@@ -25,9 +25,8 @@ LEAVES = [path for path, key in KEYS.items() if "properties" not in key]
 
 # What a schema cannot see of one key: how a number is written, what is no finite number, and control characters.
 BEYOND = {
-    *("period_ratio 2.0", "schema_version 1.0", "key simulation: {samples: 4.0}"),
-    *("device.length_m .nan", "sweep.to .inf", "key simulation: {portraits: [.nan]}"),
-    *("title '  '", 'title "\\e[31m"', 'title "two\\nlines"', "row 2 'title: a\\u202eb'"),
+    *("period_ratio: 2.0", "schema_version: 1.0", "simulation: {samples: 4.0}", "simulation: {portraits: [.nan]}"),
+    *("  length_m: .nan", "  to: .inf", "title: '  '", 'title: "\\e[31m"', 'title: "two\\nlines"', "title: a\u202eb"),
 }
 
 
@@ -65,7 +64,7 @@ def test_schema_refuses_what_is_wrong_with_one_key(case):
         Scenario.model_validate(document.data)
         wrong = False
     except ValidationError:
-        wrong = case.name not in BEYOND
+        wrong = BEYOND.isdisjoint(str(case.text).splitlines())
     assert document.mistakes or VALIDATOR.is_valid(document.data) is not wrong
 
 
