@@ -10,13 +10,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from mpmath import mp, mpf
+from raw_flights import Flights
 
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Orbits
 from vireport.motions.stability import flight_jacobians
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Membrane
-from vireport.physics.groups import map_restitution
+from vireport.physics.groups import Groups, map_restitution
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 from vireport.study.checks import reference
@@ -133,14 +134,8 @@ def exact_at(sweep: Sweep, m: Motions, row: int, value: float, membrane: Membran
 
 
 def printed_maps(word: Word, x: list[Any], d: Any, gbar: Any, r: Any) -> list[Any]:
-    """Position and velocity at the end of each flight less those of the next impact, by the printed flight."""
-    values, count = [], len(word)
-    for i, wall in enumerate(word.walls):
-        j = (i + 1) % count
-        duration = x[count + j] - x[count + i] + (0 if j else 2 * word.periods)
-        z, speed = reference.flight(duration, wall * d / 2, -r * x[i], mp.pi * x[count + i], gbar)
-        values += [z - word.walls[j] * d / 2, speed - x[j]]
-    return values
+    """Velocity and position at the end of each flight less those of the next impact, by the raw flight."""
+    return Flights(Groups(d, gbar, r)).missed(*x, period=2 * word.periods, walls=word.walls)
 
 
 def printed_trace(word: Word, x: list[Any], d: Any, gbar: Any, r: Any) -> Any:

@@ -3,46 +3,23 @@
 from __future__ import annotations
 
 from mpmath import mp, mpf
-
-from vireport.physics.forcing import Harmonic
-from vireport.physics.groups import Groups
+from raw_flights import Flights
 
 STEPS = 64
 """Samples of a forcing period between which the reference looks for a change of sign."""
 
 
-class Reference:
+class Reference(Flights):
     """Z'' = gbar + a - f sign(Z') with sticking, in 40 digits: samples of each way between stops, and bisections."""
 
-    def __init__(self, groups: Groups) -> None:
-        self.groups = groups.map_numbers(mpf)
-
-    def force(self, x: mpf) -> mpf:
-        return mp.cos(x) + sum(h.cosine * mp.cos(h.order * x) + h.sine * mp.sin(h.order * x) for h in self.parts)
-
-    @property
-    def parts(self) -> tuple[Harmonic, ...]:
-        return self.groups.harmonics
-
-    def impulse(self, x: mpf) -> mpf:
-        own = ((h.cosine * mp.sin(h.order * x) - h.sine * mp.cos(h.order * x)) / h.order for h in self.parts)
-        return mp.sin(x) + sum(own)
-
-    def path(self, x: mpf) -> mpf:
-        own = ((h.cosine * mp.cos(h.order * x) + h.sine * mp.sin(h.order * x)) / h.order**2 for h in self.parts)
-        return mp.cos(x) + sum(own)
-
     def velocity(self, t: mpf, v: mpf, x: mpf, way: int) -> mpf:
-        gravity = self.groups.gbar - way * self.groups.friction
-        return v + gravity * t + (self.impulse(x + mp.pi * t) - self.impulse(x)) / mp.pi
+        return self.moved(v, self.gbar - way * self.friction, x / mp.pi, t)[0]
 
     def covered(self, t: mpf, v: mpf, x: mpf, way: int) -> mpf:
-        gravity = self.groups.gbar - way * self.groups.friction
-        bent = (self.path(x + mp.pi * t) - self.path(x)) / mp.pi**2
-        return v * t + gravity * t * t / 2 - self.impulse(x) * t / mp.pi - bent
+        return self.moved(v, self.gbar - way * self.friction, x / mp.pi, t)[1]
 
     def pull(self, x: mpf) -> mpf:
-        return self.groups.gbar + self.force(x)
+        return self.gbar + sum(c * mp.cos(k * x) + s * mp.sin(k * x) for k, c, s in self.parts)
 
     @staticmethod
     def root(function, low: mpf, high: mpf) -> mpf:
@@ -54,7 +31,7 @@ class Reference:
 
     def freed(self, x: mpf, leaves: tuple[int, ...]) -> tuple[mpf, int]:
         """How long friction holds the ball, and the way on which it is let go."""
-        f, step = self.groups.friction, mpf(2) / (8 * STEPS)
+        f, step = self.friction, mpf(2) / (8 * STEPS)
         for k in range(8 * STEPS + 1):
             for way in leaves:
                 beyond = way * self.pull(x + mp.pi * step * (k + 1)) - f
@@ -67,8 +44,7 @@ class Reference:
 
     def next_impact(self, wall: int, before: mpf, x: mpf) -> tuple[int, mpf, mpf, mpf, int]:
         """Wall, time, velocity and phase of the next impact, and how often the ball stops on the way."""
-        d = self.groups.d
-        after = -self.groups.restitution_at(wall) * before
+        d, after = self.d, -self.restitution_of(wall, before) * before
         z, way, v, time, stops = wall * d / 2, -wall, after, mpf(0), 0
         while True:
             step, t = mpf(2) / STEPS, mpf(0)
@@ -95,7 +71,7 @@ class Reference:
                 stops + 1,
             )
             pull = self.pull(x)
-            if abs(pull) > self.groups.friction:
+            if abs(pull) > self.friction:
                 way = 1 if pull > 0 else -1
             else:
                 held, way = self.freed(x, (-1, 1))

@@ -72,32 +72,10 @@ def test_the_least_harmonic_has_the_trace_of_its_event_by_the_raw_maps_in_40_dig
 
 def settled(flights: Flights, velocity: float, start: float) -> list[float]:
     """Velocities at the bottom of the last eight periods of 300, by a simulator of fixed steps and bisections."""
-    d, gbar, r = float(flights.d), float(flights.gbar), [float(x) for x in flights.r]
-    parts = [(k * pi, float(p), float(psi)) for k, p, psi in flights.parts]
-
-    def state(after: float, begun: float, t: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-        speed, way = after + gbar * t, after * t + gbar * t * t / 2
-        for turns_, p, psi in parts:
-            first, last = turns_ * begun + psi, turns_ * (begun + t) + psi
-            speed = speed + p * (np.sin(last) - np.sin(first)) / turns_
-            way = way - p * (np.cos(last) - np.cos(first)) / turns_**2 - p * np.sin(first) * t / turns_
-        return speed, way
-
-    grid, wall, speeds = np.linspace(1e-6, 4, 2001), 1, []
+    wall, speeds = 1, []
     for _ in range(600):
-        after = -(r[0] if wall > 0 else r[1]) * velocity
-        _, way = state(after, start, grid)
-        risen = -wall * way
-        first = int(np.argmax((risen < 0) | (risen > d)))
-        low, high = (grid[first - 1] if first else 0.0), grid[first]
-        target = d if risen[first] > d else 0.0
-        for _ in range(50):
-            middle = (low + high) / 2
-            here = -wall * float(state(after, start, middle)[1])
-            inside = here < d if target else here > 0
-            low, high = (middle, high) if inside else (low, middle)
-        velocity, start = float(state(after, start, high)[0]), start + high
-        wall = -wall if target else wall
+        wall, long, velocity = flights.struck(wall, velocity, start)
+        start += long
         if wall > 0:
             speeds.append(velocity)
     return speeds[-8:]
@@ -111,7 +89,7 @@ def test_a_simulator_repeats_every_period_short_of_it_and_every_second_one_beyon
     for each in (each for each in told if each.share is not None):
         spread = {}
         for share in (0.9 * each.share, 1.1 * each.share):
-            flights = Flights(groups, [(each.order, share, radians(each.phase_deg))])
+            flights = Flights(groups, [(each.order, share, radians(each.phase_deg))], np)
             last = settled(flights, float(motions.velocity_bottom[0]), float(motions.phi_bottom[0]) / pi)
             spread[share] = abs(last[-1] - last[-2]), abs(last[-1] - last[-3])
         short, beyond = spread.values()

@@ -7,8 +7,9 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
+from exact_device import ExactDevice
+from mpmath import mp
 from msgspec.structs import replace
-from scipy.optimize import fsolve
 
 from vireport import analyse, load
 from vireport.design.effects import Effect, Shift, Unmoved, _ends, _least_margin, _Origin, shifts
@@ -21,7 +22,7 @@ from vireport.motions.periodicity import residuals
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
-from vireport.physics.groups import Restitutions
+from vireport.physics.groups import Restitutions, SpeedLaw
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.blocks import CapsuleMotion, LeftOut
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -96,48 +97,6 @@ def test_a_free_capsule_has_the_way_back() -> None:
     assert LeftOut.CAPSULE not in of(replace(PAPER, ball_mass_kg=None))
 
 
-def doubling_of_law(device: Device, exponent: float, speed_m_s: float, guess: np.ndarray) -> tuple[float, np.ndarray]:
-    """Frequency at which a motion of a law doubles its period, by the raw maps: unlike the program's, by differences.
-
-    `guess` are the velocity before the bottom impact, both phases over pi, and the frequency.
-    """
-    weight = device.capsule_mass_kg * device.gravity_m_s2 * sin(np.radians(device.inclination_deg)) / device.amplitude_n
-
-    def flown(wall: int, t: float, v: float, until: float, frequency: float) -> tuple[float, float]:
-        unit = device.amplitude_n / (2 * device.capsule_mass_kg * frequency)
-        after = -0.5 * (wall * v * unit / speed_m_s) ** exponent * v
-        s = until - t
-        end = after + weight * s + (sin(pi * until) - sin(pi * t)) / pi
-        way = after * s + weight * s * s / 2 - (cos(pi * until) - cos(pi * t)) / pi**2 - sin(pi * t) * s / pi
-        return end, way + wall * 4 * device.capsule_mass_kg * device.length_m * frequency**2 / device.amplitude_n
-
-    def conditions(x: np.ndarray) -> np.ndarray:
-        v, bottom, top, frequency = x
-        at_top, up = flown(1, bottom, v, top, frequency)
-        back, down = flown(-1, top, at_top, bottom + 2, frequency)
-        return np.array([up, down, back - v])
-
-    def multiplier(x: np.ndarray) -> float:
-        """Of the return map, det(P + 1), its entries by Newton's method for the times of impacts moved a little."""
-
-        def lap(bottom: float, v: float) -> np.ndarray:
-            top, end = x[2], x[1] + 2
-            for _ in range(6):
-                at_top, way = flown(1, bottom, v, top, x[3])
-                top -= way / at_top
-            for _ in range(6):
-                last, way = flown(-1, top, at_top, end, x[3])
-                end -= way / last
-            return np.array([end, last])
-
-        h = 1e-5
-        columns = [lap(x[1] + h, x[0]) - lap(x[1] - h, x[0]), lap(x[1], x[0] + h) - lap(x[1], x[0] - h)]
-        return float(np.linalg.det(np.column_stack(columns) / (2 * h) + np.eye(2)))
-
-    x = fsolve(lambda x: [*conditions(x), multiplier(x)], guess, xtol=1e-11)
-    return float(x[3]), x
-
-
 def test_a_law_of_the_speed_moves_the_end_as_the_raw_maps_say() -> None:
     """For both membranes one law, which is the given restitution at the mean impact speed of the design's motion."""
     design = design_point(PAPER, None)
@@ -145,11 +104,15 @@ def test_a_law_of_the_speed_moves_the_end_as_the_raw_maps_say() -> None:
     unit = 3.0 / (2 * 0.1245 * 2.0)
     mean = unit * (design.motions.velocity_bottom[row] - design.motions.velocity_top[row]) / 2
     end = shifts(PAPER, design).end.point
-    guess = np.array([end.closed.velocity_bottom, *end.motion.time, end.sweep_value])
+    near = *end.motion.velocity, *end.motion.time
     for exponent, stated in ((-0.02, None), (-0.1, None), (-0.1, 5.3), (-0.2, None)):
         (shift,) = shifts(PAPER, design, (Effect(LeftOut.RESTITUTION_SPEED, exponent, stated),)).rows
-        expected, guess = doubling_of_law(PAPER, exponent, stated or mean, guess)
-        assert shift.value == pytest.approx(expected, rel=1e-8)
+        law = SpeedLaw(0.5, 0.5, exponent, stated or mean)
+        with mp.workdps(40):
+            exact = ExactDevice(replace(PAPER, restitution=law, frequency_hz=shift.value))
+            near = tuple(mp.findroot(exact.missed, near))
+            trace, determinant = exact.map_of(*near)
+        assert abs(trace + 1 + determinant) < 1e-8
         assert shift.event is Event.PERIOD_DOUBLING
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import solved
+from exact_device import ExactDevice
 from mpmath import mp
 from msgspec.structs import replace
 
@@ -13,7 +14,7 @@ from vireport.design.from_rest import FromRest
 from vireport.design.switched_on import switched_on_at_once
 from vireport.motions.events import Event
 from vireport.physics.device import Device
-from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.groups import Restitutions
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import start_of
@@ -47,31 +48,6 @@ def test_the_motion_from_rest_is_that_of_its_equations_and_ends_where_the_simula
         assert simulated_word(solution.device, end, value * (1 + outward * BESIDE)) != word
 
 
-def of_the_model(word: str, d, gbar, bottom, top):
-    """Conditions of a motion, by its velocities and times, from the model alone."""
-    sides, count = [1 if letter == "B" else -1 for letter in word], len(word)
-
-    def conditions(*x):
-        left = []
-        for i in range(count):
-            j, wall = (i + 1) % count, sides[i]
-            start, end = x[count + i], x[count + j] + (periods_of(x, count) if j == 0 else 0)
-            t, after = end - start, -(bottom if wall > 0 else top) * x[i]
-            sine, cosine = (f(mp.pi * end) - f(mp.pi * start) for f in (mp.sin, mp.cos))
-            left.append(after + gbar * t + sine / mp.pi - x[j])
-            moved = after * t + gbar * t * t / 2 - cosine / mp.pi**2 - mp.sin(mp.pi * start) * t / mp.pi
-            left.append(moved - (sides[j] - wall) / 2 * d)
-        return left
-
-    return conditions
-
-
-def periods_of(x, count: int) -> int:
-    """Twice the forcing periods that as many impacts as are told last."""
-    last = x[2 * count - 1] - x[count]
-    return 2 * int(mp.ceil(last / 2))
-
-
 @pytest.mark.parametrize(
     "over",
     [
@@ -89,12 +65,9 @@ def test_the_motion_from_rest_is_within_its_error_bounds_of_one_in_forty_digits(
     found = followed_motion(device, end.cycle.motion(0.0), DesignInput.LENGTH)
     motion = found.motion
     with mp.workdps(40):
-        mass, force, frequency = (mp.mpf(x) for x in (device.capsule_mass_kg, device.amplitude_n, device.frequency_hz))
-        d = 4 * mass * mp.mpf(device.length_m) * frequency**2 / force
-        gbar = mass * mp.mpf(device.gravity_m_s2) * mp.sin(mp.mpf(device.inclination_deg) * mp.pi / 180) / force
-        r = map(mp.mpf, by_wall(restitution))
+        raw, word = ExactDevice(device), motion.word
         x = [mp.mpf(float(value)) for value in (*motion.velocity, *motion.time)]
-        exact = mp.findroot(of_the_model(motion.word.letters, d, gbar, *r), x, tol=1e-60)
+        exact = mp.findroot(lambda *x: raw.missed(*x, period=2 * word.periods, walls=word.walls), x, tol=1e-60)
         away = np.array([float(abs(a - b)) for a, b in zip(exact, x, strict=True)])
     bounds = np.concatenate([found.velocity_error, found.time_error])
     assert (away <= bounds).all()

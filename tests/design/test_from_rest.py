@@ -216,7 +216,7 @@ def laps_in_forty_digits(groups: Groups, word: str, laps: int) -> list[list[tupl
     with mp.workdps(40):
         reference = Reference(groups)
         # Friction holds it back on its way: it leaves where the force is larger than gravity and friction together.
-        wall, before, x, rows = BOTTOM, mpf(0), mp.acos(-(reference.groups.gbar + reference.groups.friction)), []
+        wall, before, x, rows = BOTTOM, mpf(0), mp.acos(-(reference.gbar + reference.friction)), []
         for _ in range(laps * len(word)):
             wall, _, before, x, stops = reference.next_impact(wall, before, x)
             rows.append(("B" if wall == BOTTOM else "T", float(x % (2 * mp.pi)), float(before), stops))

@@ -41,10 +41,7 @@ def any_device(rng: np.random.Generator, kind: int) -> Device:
 def exact_periods(solution: Solution, row: int) -> tuple[mp.mpf, mp.mpf]:
     """Periods until 1 % is left by the raw map, and the determinant, of a motion in 50 digits."""
     m, exact = solution.design.motions, ExactDevice(solution.device)
-    t0 = float(m.phi_bottom[row]) / np.pi
-    near = float(m.velocity_bottom[row]), float(m.velocity_top[row]), t0, t0 + 1 + 2 * float(m.u[row])
-    v0, _, t0, t1 = mp.findroot(exact.missed, near, tol=1e-40)
-    trace, determinant = exact.map_of(v0, t0, t1)
+    trace, determinant = exact.map_of(*exact.nearest(m, row))
     assert abs(trace - m.trace[row]) <= solution.bounds.design["trace"][row]
     largest = max(abs((trace + sign * mp.sqrt(mp.mpc(trace**2 - 4 * determinant))) / 2) for sign in (-1, 1))
     return mp.log(mp.mpf(1) / 100) / mp.log(largest), determinant

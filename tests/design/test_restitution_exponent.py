@@ -9,7 +9,7 @@ import pytest
 from conftest import first
 from exact_device import held_ends, held_motions
 from msgspec.structs import replace
-from scipy.optimize import fsolve
+from raw_flights import Flights
 
 from vireport.base.errors import NumericalError
 from vireport.design.effects import Effect, shifts
@@ -32,7 +32,6 @@ from vireport.simulation.kernel import VELOCITY
 PAPER = Device(0.1245, SpeedLaw(0.5, 0.5, -0.1, 2.0), 9.8, 0.6934, 3.0, 2.0, 45.0)
 LEVEL = replace(PAPER, length_m=0.5554, inclination_deg=0.0)
 FREE = {"capsule": CapsuleMotion.FREE, "ball_mass_kg": 0.0041}
-SINE = Harmonic(1, 1.0, 0.0)
 PARTS = (Harmonic.of(2, 3.0, 200.0), Harmonic.of(3, 2.0, 10.0))
 
 
@@ -95,53 +94,19 @@ def test_the_period_of_a_simulated_ball_doubles_where_the_margin_says() -> None:
         assert abs(bottom[-1] - bottom[-3]) < 1e-3
 
 
-def found_by_newton(device: Device, rng: np.random.Generator, tries: int) -> list[np.ndarray]:
-    """Motions of the raw map in doubles from random starts, that stay between the membranes."""
-    exact, found = device.groups(Parameter.LENGTH, device.length_m).as_floats(), []
-    law = exact.restitution
-
-    def force(t, k):
-        return np.cos(np.pi * t - k * np.pi / 2) / np.pi**k
-
-    def legs(x):
-        v0, v1, t0, t1 = x
-        for wall, v, start, end in ((1, v0, t0, t1), (-1, v1, t1, t0 + 2)):
-            r = min((law.bottom if wall > 0 else law.top) * (abs(v) / law.speed) ** law.exponent, 0.99)
-            yield wall, -r * v, start, end - start
-
-    def at(after, start, s):
-        speed = after + exact.gbar * s + force(start + s, 1) - force(start, 1)
-        return speed, (after - force(start, 1)) * s + exact.gbar * s * s / 2 + force(start + s, 2) - force(start, 2)
-
-    def missed(x):
-        (wall, a, t, s), (other, b, u, w) = legs(x)
-        (top, up), (bottom, down) = at(a, t, s), at(b, u, w)
-        return [top - x[1], up + wall * exact.d, bottom - x[0], down + other * exact.d]
-
-    def inside(x):
-        ways = (wall * exact.d / 2 + at(a, t, np.linspace(0, s, 1001)[1:-1])[1] for wall, a, t, s in legs(x))
-        return all((np.abs(way) < exact.d / 2).all() for way in ways)
-
-    for _ in range(tries):
-        start = rng.uniform(0, 2)
-        guess = [rng.uniform(0.05, 2.5), -rng.uniform(0.05, 2.5), start, start + rng.uniform(0.2, 1.8)]
-        x, _, ended, _ = fsolve(missed, guess, full_output=True, xtol=1e-13)
-        if ended != 1 or np.abs(missed(x)).max() > 1e-10 or x[0] < 1e-6 or x[1] > -1e-6 or not 0 < x[3] - x[2] < 2:
-            continue
-        if inside(x):
-            found.append(x)
-    return found
-
-
-@pytest.mark.parametrize("count", [6, pytest.param(50, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [3, pytest.param(50, marks=pytest.mark.slow)])
 def test_random_starts_find_no_motion_that_is_not_listed(count: int) -> None:
     """But for those with an impact at the largest restitution, where the law bends: these are counted as lost."""
     rng, found = np.random.default_rng(1), 0
     for _ in range(count):
         device = random_device(rng)
         motions, *_ = motions_at(device, Parameter.LENGTH)
-        law = device.groups(Parameter.LENGTH, device.length_m).as_floats().restitution
-        for v0, v1, t0, _ in found_by_newton(device, rng, 40):
+        groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+        law, flights = groups.restitution, Flights(groups, ops=np)
+        for x in flights.from_anywhere(rng, 40):
+            if flights.gap(*x) <= 0:
+                continue
+            v0, v1, t0, _ = x
             if max(law.at(1, v0)[0], law.at(-1, v1)[0]) >= 0.99:
                 assert motions_under_law(device, motions_at(constant(device), Parameter.LENGTH)[0]).lost
                 continue

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from msgspec.structs import replace
+from raw_flights import Flights
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.design.margins import margins_of
@@ -41,30 +42,6 @@ def endings(device: Device) -> list:
     return [end for end in margins_of(device, motions_at(device, Parameter.LENGTH)[0]).margins if end.ends_stability]
 
 
-def flight_equations(x, groups: Groups, n: int) -> list:
-    """What the velocities, times and flights of a 1:1 motion leave of the equation of motion, integrated in 40 digits.
-
-    Z'' = gbar + a(t) + f up and gbar + a(t) - f down, from wall to wall, written for itself.
-    """
-    bottom, top, start, up = x
-    r_b, r_t = by_wall(groups.restitution)
-    parts = [(1, mpf(1), mpf(0)), *((h.order, h.cosine, h.sine) for h in groups.harmonics)]
-
-    def moved(t0, t1, v, g):
-        speed, way = v + g * (t1 - t0), v * (t1 - t0) + g * (t1 - t0) ** 2 / 2
-        for j, c, s in parts:
-            w = j * mp.pi
-            speed += (c * (mp.sin(w * t1) - mp.sin(w * t0)) - s * (mp.cos(w * t1) - mp.cos(w * t0))) / w
-            way -= (c * (mp.cos(w * t1) - mp.cos(w * t0)) + s * (mp.sin(w * t1) - mp.sin(w * t0))) / w**2
-            way -= (c * mp.sin(w * t0) - s * mp.cos(w * t0)) * (t1 - t0) / w
-        return speed, way
-
-    f = groups.friction
-    first = moved(start, start + up, -r_b * bottom, groups.gbar + f)
-    second = moved(start + up, start + 2 * n, -r_t * top, groups.gbar - f)
-    return [first[0] - top, first[1] + groups.d, second[0] - bottom, second[1] - groups.d]
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_place_of_the_surface_is_a_motion_in_forty_digits(kind: str) -> None:
     r, harmonics, n = KINDS[kind]
@@ -75,10 +52,10 @@ def test_every_place_of_the_surface_is_a_motion_in_forty_digits(kind: str) -> No
         orbit = orbits_of(Dynamics(r, n, harmonics, law), u, phi)
         for i in range(0, 40, 4):
             with mp.workdps(40):
-                groups = Groups(orbit.d[i], orbit.gbar[i], r, harmonics, orbit.friction[i]).map_numbers(mpf)
+                flights = Flights(Groups(orbit.d[i], orbit.gbar[i], r, harmonics, orbit.friction[i]))
                 start = mpf(float(phi[i])) / mp.pi
                 x = [mpf(float(v)) for v in (orbit.velocity_bottom[i], orbit.velocity_top[i])]
-                left = flight_equations([*x, start, n * (1 + 2 * mpf(float(u[i])))], groups, n)
+                left = flights.missed(*x, start, start + n * (1 + 2 * mpf(float(u[i]))), period=2 * n)
             scale = 1 + max(map(abs, (orbit.d[i], orbit.gbar[i], orbit.velocity_bottom[i])))
             assert max(map(abs, left)) < 2e-14 * n * scale
     constant, by_gbar, by_d = (orbits_of(Dynamics(r, n, harmonics, law), u, phi) for law in laws)
@@ -149,31 +126,6 @@ def test_derivatives_of_every_end_are_its_differences(device: Device) -> None:
     assert checked
 
 
-def newton_from_anywhere(groups: Groups, n: int, rng) -> list[np.ndarray]:
-    """Motions that Newton's method finds from random places, on d and gbar of the surface."""
-    found: list[np.ndarray] = []
-    law = Friction(groups.friction)
-    for _ in range(30):
-        x = np.array([rng.uniform(-0.45, 0.45), rng.uniform(0, 2 * np.pi)])
-        for _ in range(40):
-            at = [
-                orbits_of(Dynamics(groups.restitution, n, groups.harmonics, law), *x + 1e-07 * np.array(way))
-                for way in ((0, 0), (1, 0), (0, 1))
-            ]
-            value = np.array([at[0].d - groups.d, at[0].gbar - groups.gbar])
-            slope = np.array([[a.d - at[0].d, a.gbar - at[0].gbar] for a in at[1:]]).T / 1e-7
-            if not np.isfinite(slope).all() or abs(np.linalg.det(slope)) < 1e-12:
-                break
-            step = np.linalg.solve(slope, value)
-            x = x - step / max(1.0, 5 * float(np.abs(step).max()))
-            if abs(x[0]) > 0.499:
-                break
-        else:
-            if float(np.abs(value).max()) < 1e-10 and at[0].velocity_bottom > 0 > at[0].velocity_top:
-                found.append(np.array([x[0], x[1] % (2 * np.pi)]))
-    return found
-
-
 def check_complete(count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     seen = 0
@@ -187,10 +139,12 @@ def check_complete(count: int, seed: int) -> None:
         except NumericalError:
             assert harmonics  # next to the largest gravity at which there are motions they are refused
             continue
-        for u, phi in newton_from_anywhere(groups, n, rng):
-            apart = np.hypot(listed.u - u, np.angle(np.exp(1j * (listed.phi - phi))))
-            assert apart.size, (groups, n, u, phi)
-            assert apart.min() < 1e-5, (groups, n, u, phi)
+        for x in Flights(groups, ops=np).from_anywhere(rng, 30, 2 * n):
+            apart = np.hypot(
+                listed.u - ((x[3] - x[2]) / (2 * n) - 0.5), np.angle(np.exp(1j * (listed.phi - np.pi * x[2])))
+            )
+            assert apart.size, (groups, n, x)
+            assert apart.min() < 1e-5, (groups, n, x)
             seen += 1
     assert seen > count
 

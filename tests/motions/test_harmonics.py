@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import pi, radians
+from math import pi
 
 import numpy as np
 import pytest
@@ -17,14 +17,13 @@ from vireport.design.point import motions_at
 from vireport.motions.contour import Surface, contours, places
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Dynamics, orbits_of
 from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.motions.turning import turns, wall_gap
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, unaccelerated
-from vireport.physics.groups import Groups, Restitutions, by_wall
+from vireport.physics.groups import Groups, Restitutions
 from vireport.scenario.parameters import DRIVING, Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact
@@ -49,23 +48,6 @@ def flights_of(groups: Groups, parts: Parts) -> Flights:
     return Flights(groups, [(j, mpf(p), mpf(psi) * mp.pi / 180) for j, p, psi in parts])
 
 
-def exact(flights: Flights, motions: Motions, row: int, n: int) -> list[mpf]:
-    """Velocities at bottom and top, time at the bottom and way up of the exact motion next to one in doubles."""
-    start = mpf(float(motions.phi_bottom[row])) / mp.pi
-    guess = [mpf(float(motions.velocity_bottom[row])), mpf(float(motions.velocity_top[row])), start]
-    guess.append(2 * n * (mpf(1) / 2 + mpf(float(motions.u[row]))))
-
-    def missed(bottom: mpf, top: mpf, start: mpf, up: mpf) -> list[mpf]:
-        return flights.missed(bottom, top, start, start + up, 2 * n)
-
-    return list(mp.findroot(missed, guess, tol=mpf(10) ** -60))
-
-
-def trace(flights: Flights, x: list[mpf], n: int) -> tuple[mpf, mpf]:
-    """Trace and determinant of the return map."""
-    return flights.multipliers((1, -1), x[0], x[2], (x[2] + x[3], x[2] + 2 * n))
-
-
 def test_the_motions_of_a_design_point_are_those_of_the_raw_flights_in_40_digits() -> None:
     as_in_40_digits(FORCES[2], 45.0, 1)
     as_in_40_digits(FORCES[4], 20.0, 2)
@@ -86,35 +68,15 @@ def as_in_40_digits(parts: Parts, beta: float, n: int) -> None:
     with reference.precise():
         flights = flights_of(groups, parts)
         for row in range(len(motions)):
-            x = exact(flights, motions, row, n)
+            x = flights.nearest(motions, row, n)
             # The groups are rounded, and the parts of harmonics: what that moves is some roundings.
             assert abs(x[0] - float(motions.velocity_bottom[row])) < 1e-13
             assert abs(x[1] - float(motions.velocity_top[row])) < 1e-13
-            assert abs(x[3] / (2 * n) - mpf(1) / 2 - float(motions.u[row])) < 1e-14 + float(error_u[row])
+            assert abs((x[3] - x[2]) / (2 * n) - mpf(1) / 2 - float(motions.u[row])) < 1e-14 + float(error_u[row])
             assert abs(x[2] * mp.pi - float(motions.phi_bottom[row])) < 1e-13 + float(error_phi[row])
-            own, product = trace(flights, x, n)
+            own, product = flights.map_of(*x, 2 * n)
             assert abs(product - (flights.r[0] * flights.r[1]) ** 2) < mpf(10) ** -18
             assert abs(own - float(motions.trace[row])) < 1e-11 * max(1, abs(float(own)))
-
-
-def gap_by_sampling(flights: Flights, motions: Motions, row: int, n: int) -> float:
-    """Least distance from a membrane between the impacts, at the extrema of Z among many times of each flight."""
-    up, least = 2 * n * (0.5 + float(motions.u[row])), float(flights.d)
-    start = float(motions.phi_bottom[row]) / pi
-    r, d, gbar = [float(x) for x in flights.r], float(flights.d), float(flights.gbar)
-    for wall, speed, begun, long, loss in (
-        (1, float(motions.velocity_bottom[row]), start, up, r[0]),
-        (-1, float(motions.velocity_top[row]), start + up, 2 * n - up, r[1]),
-    ):
-        t, after = np.linspace(0, long, 40001), -loss * speed
-        velocity, way = after + gbar * t, after * t + gbar * t * t / 2
-        for j, p, psi in ((j, float(p), float(psi)) for j, p, psi in flights.parts):
-            first, last = j * pi * begun + psi, j * pi * (begun + t) + psi
-            velocity = velocity + p * (np.sin(last) - np.sin(first)) / (j * pi)
-            way = way - p * (np.cos(last) - np.cos(first)) / (j * pi) ** 2 - p * np.sin(first) * t / (j * pi)
-        turned = np.flatnonzero(velocity[1:-2] * velocity[2:-1] < 0) + 1
-        least = min([least, *(min(-wall * way[i], d + wall * way[i]) for i in turned)])
-    return least
 
 
 @pytest.mark.parametrize(
@@ -126,11 +88,12 @@ def test_the_gap_to_a_membrane_is_that_of_many_times(parts) -> None:
         device = with_force(replace(INCLINED, length_m=length, inclination_deg=20.0), *parts)
         motions, _, _ = motions_at(device, Parameter.LENGTH)
         groups = device.groups(Parameter.LENGTH, length)
-        flights = flights_of(groups, parts)
+        flights = Flights(groups, ops=np)
         for row in range(len(motions)):
-            expected = gap_by_sampling(flights, motions, row, 1)
+            motion = motions.motion(row, 1)
+            expected = flights.gap(*motion.velocity, *motion.time)
             assert motions.wall_gap[row] == pytest.approx(expected, abs=2e-7)
-            found = [turn.gap for turn in turns(motions.motion(row, 1), groups.as_floats())]
+            found = [turn.gap for turn in turns(motion, groups.as_floats())]
             assert min([float(groups.d), *found]) == pytest.approx(motions.wall_gap[row], abs=1e-9)
             seen += motions.wall_gap[row] < groups.d
     assert seen
@@ -153,56 +116,20 @@ def test_the_gaps_of_many_motions_are_those_of_each_by_itself() -> None:
     assert seen == {False, True}
 
 
-def missed_by(
-    device: Device, parts: tuple[tuple[int, float, float], ...], rng: np.random.Generator, starts: int
-) -> int:
+def missed_by(device: Device, rng: np.random.Generator, starts: int) -> int:
     """Motions that Newton's method finds from random starts, none of which may be missing; their number."""
-    groups = device.groups(Parameter.LENGTH, device.length_m)
-    d, gbar = float(groups.d), float(groups.gbar)
-    n, (bottom, top) = device.period_ratio, map(float, by_wall(device.restitution))
-    known = find_motions(groups._replace(d=np.array([d]), gbar=np.array([gbar])), n).orbit
-    forces = [(1, 1.0, 0.0), *((j, p, radians(psi)) for j, p, psi in parts)]
-
-    def conditions(x: np.ndarray) -> np.ndarray:
-        speed, other, start, up = x
-        values = []
-        for after, begun, t, end, way in (
-            (-bottom * speed, start, up, other, -d),
-            (-top * other, start + up, 2 * n - up, speed, d),
-        ):
-            velocity, place = after + gbar * t, after * t + gbar * t * t / 2
-            for j, p, psi in forces:
-                first, last = j * pi * begun + psi, j * pi * (begun + t) + psi
-                velocity = velocity + p * (np.sin(last) - np.sin(first)) / (j * pi)
-                place = place - p * (np.cos(last) - np.cos(first)) / (j * pi) ** 2 - p * np.sin(first) * t / (j * pi)
-            values += [velocity - end, place - way]
-        return np.array(values)
-
-    found = 0
-    for _ in range(starts):
-        x = np.array([rng.uniform(0, 2), -rng.uniform(0, 2), rng.uniform(0, 2), rng.uniform(0, 2 * n)])
-        for _ in range(40):
-            value = conditions(x)
-            matrix = np.imag([conditions(x + 1e-30j * row) for row in np.eye(4)]).T / 1e-30
-            try:
-                step = np.linalg.solve(matrix, value)
-            except np.linalg.LinAlgError:
-                break
-            x = x - step / max(1.0, 2 * float(np.abs(step).max()))
-            if np.abs(step).max() < 1e-13:
-                break
-        settled = np.abs(conditions(x)).max() < 1e-11
-        if not settled or not (1e-6 < x[3] < 2 * n - 1e-6) or not x[0] > 1e-6 or not x[1] < -1e-6:
-            continue
+    groups, n, found = device.groups(Parameter.LENGTH, device.length_m).as_floats(), device.period_ratio, 0
+    known = find_motions(groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar])), n).orbit
+    for x in Flights(groups, ops=np).from_anywhere(rng, starts, 2 * n):
         found += 1
         phase = np.abs(np.mod(known.phi - pi * x[2] + pi, 2 * pi) - pi)
-        off = np.maximum(np.abs(known.u - (x[3] / (2 * n) - 0.5)), phase)
+        off = np.maximum(np.abs(known.u - ((x[3] - x[2]) / (2 * n) - 0.5)), phase)
         assert off.size, (device, x)
         assert off.min() < 1e-5, (device, x, known.u, known.phi)
     return found
 
 
-def random_device(rng: np.random.Generator) -> tuple[Device, Parts]:
+def random_device(rng: np.random.Generator) -> Device:
     orders = rng.choice(np.arange(2, 9), size=int(rng.integers(1, 4)), replace=False)
     parts = tuple((int(j), float(rng.uniform(0.01, 0.5)), float(rng.uniform(0, 360))) for j in orders)
     r = Restitutions(*map(float, rng.uniform(0.2, 0.8, 2))) if rng.random() < 0.3 else float(rng.uniform(0.0, 0.8))
@@ -211,19 +138,19 @@ def random_device(rng: np.random.Generator) -> tuple[Device, Parts]:
         0.1245, r, 9.8, float(rng.uniform(0.05, 1.0)), 3.0, float(rng.uniform(1.6, 2.6)), beta,
         period_ratio=int(rng.choice([1, 1, 2, 3])),
     )  # fmt: skip
-    return with_force(device, *parts), parts
+    return with_force(device, *parts)
 
 
 @pytest.mark.slow
 def test_newton_from_random_starts_finds_no_other_motion() -> None:
     rng = np.random.default_rng(5)
-    assert sum(missed_by(*random_device(rng), rng, 40) for _ in range(2)) > 5
+    assert sum(missed_by(random_device(rng), rng, 40) for _ in range(2)) > 5
 
 
 @pytest.mark.slow
 def test_newton_from_many_random_starts_finds_no_other_motion() -> None:
     rng = np.random.default_rng(17)
-    assert sum(missed_by(*random_device(rng), rng, 120) for _ in range(5)) > 100
+    assert sum(missed_by(random_device(rng), rng, 120) for _ in range(5)) > 100
 
 
 def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:
@@ -271,8 +198,8 @@ def test_critical_points_have_the_trace_of_their_event_in_40_digits() -> None:
             with reference.precise():
                 flights = flights_of(at.groups(Parameter.LENGTH, point.sweep_value), parts)
                 start = mpf(closed.phi_bottom) / mp.pi
-                x = [mpf(closed.velocity_bottom), mpf(closed.velocity_top), start, 1 + 2 * mpf(closed.u)]
-                own, _ = trace(flights, x, 1)
+                x = mpf(closed.velocity_bottom), mpf(closed.velocity_top), start, start + 1 + 2 * mpf(closed.u)
+                own, _ = flights.map_of(*x)
             level = {Event.PERIOD_DOUBLING: -1.0625, Event.NODE_FOCUS: np.copysign(0.5, float(own))}
             assert float(own) == pytest.approx(level.get(point.event, 1.0625), abs=1e-9)
 

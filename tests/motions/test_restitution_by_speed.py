@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from conftest import first
 from msgspec.structs import replace
+from raw_flights import Flights
 
 from vireport.design.lines import LINES, Line, model_on_line
 from vireport.motions.orbits import Dynamics, orbits, orbits_of
@@ -59,61 +60,18 @@ def beside_all(x: np.ndarray, groups: Groups[float]) -> np.ndarray:
     return np.array([*x[:4], *[0.0] * len(groups.numbers)])
 
 
-def raw_map(groups: Groups[float], from_time: mp.mpf):
-    """One flight of the ball in 40 digits: (time, velocity) before an impact to those before the next one."""
-    law, d, gbar = groups.restitution, mp.mpf(groups.d), mp.mpf(groups.gbar)
-    parts = [
-        (1, mp.mpf(1), mp.mpf(0)),
-        *((own.order, mp.mpf(own.cosine), mp.mpf(own.sine)) for own in groups.harmonics),
-    ]
-
-    def force(t, k):
-        """The force's integral of order k."""
-        total = mp.mpf(0)
-        for j, a, b in parts:
-            x = j * mp.pi * t
-            total += (a * mp.cos(x - k * mp.pi / 2) + b * mp.sin(x - k * mp.pi / 2)) / (j * mp.pi) ** k
-        return total
-
-    def next_impact(wall, t0, v, guess):
-        stated = mp.mpf(law.bottom if wall > 0 else law.top)
-        after = -stated * (wall * v / mp.mpf(law.speed)) ** mp.mpf(law.exponent) * v
-
-        def way(t):
-            s = t - t0
-            return after * s + gbar * s * s / 2 + force(t, 2) - force(t0, 2) - force(t0, 1) * s + wall * d
-
-        t = mp.findroot(way, guess)
-        return t, after + gbar * (t - t0) + force(t, 1) - force(t0, 1)
-
-    return next_impact
-
-
 @pytest.mark.parametrize("harmonics", first(1, [False, True]))
 def test_motions_and_multipliers_are_those_of_the_raw_map(harmonics: bool) -> None:
     """The map is differentiated by differences in 40 digits, and knows nothing of Jacobians."""
     with mp.workdps(40):
         for x, groups in random_motions(5 if harmonics else 8, harmonics):
-            bottom, top, t0, t1 = map(mp.mpf, x[:4])
-            flown = raw_map(groups, t0)
-
-            def lap(t, v, flown=flown, t0=t0, t1=t1):
-                at_top = flown(1, t, v, t1)
-                return flown(-1, *at_top, t0 + 2)
-
-            t, v = lap(t0, bottom)
-            assert abs(t - t0 - 2) < 1e-12
-            assert abs(v - bottom) < 1e-12
-            h = mp.mpf(10) ** -13
-            by_time, by_velocity = (
-                [(a - b) / (2 * h) for a, b in zip(lap(t0 + p, bottom + q), lap(t0 - p, bottom - q), strict=True)]
-                for p, q in ((h, 0), (0, h))
-            )
-            expected = by_time[0] + by_velocity[1]
+            exact = Flights(groups)
+            bottom, top, *times = map(mp.mpf, x[:4])
+            assert max(map(abs, exact.missed(bottom, top, *times))) < 1e-12
+            expected, determinant = exact.map_of(bottom, top, *times)
             assert trace(BT, x.tolist(), Fixed(groups)) == pytest.approx(float(expected), rel=1e-10, abs=1e-10)
             weighted = weighted_trace(BT, x.tolist(), groups)
             assert weighted == pytest.approx(float(expected * bottom * top), rel=1e-10, abs=1e-10)
-            determinant = by_time[0] * by_velocity[1] - by_time[1] * by_velocity[0]
             assert groups.decay(BT.walls, x[:2].tolist()) ** 2 == pytest.approx(float(determinant), rel=1e-10)
 
 

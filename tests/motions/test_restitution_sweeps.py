@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from raw_flights import Flights
 
 from vireport.motions.bounces import Bounces
 from vireport.motions.diagram import solve
@@ -19,7 +20,7 @@ from vireport.motions.stability import return_trace
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.physics.device import Device, moved
 from vireport.physics.forcing import Harmonic
-from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.groups import Groups, Restitutions, by_wall
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact, check_model, follow_one
@@ -50,23 +51,10 @@ LEVEL = PAPER.with_values({Parameter.INCLINATION: 0.0, Parameter.LENGTH: 0.4})
 EVENTFUL = [*(Sweep(PAPER, parameter, 0.1, 0.9) for parameter in VARIED), Sweep(LEVEL, Parameter.RESTITUTION, 0.3, 0.8)]
 
 
-class Force:
-    """The force with harmonics, from its definition."""
-
-    def __init__(self, harmonics: tuple[Harmonic, ...]) -> None:
-        self.parts = (Harmonic(1, mpf(1), mpf(0)), *harmonics)
-
-    def impulse(self, x: Any) -> Any:
-        return sum((h.cosine * mp.sin(h.order * x) - h.sine * mp.cos(h.order * x)) / h.order for h in self.parts)
-
-    def path(self, x: Any) -> Any:
-        return sum((h.cosine * mp.cos(h.order * x) + h.sine * mp.sin(h.order * x)) / h.order**2 for h in self.parts)
-
-    def flight(self, way: Any, t: Any, x: Any, gravity: Any) -> tuple[Any, Any]:
-        """Velocities at the begin and the end of a flight that covers `way` in a time."""
-        bent = (self.path(x + mp.pi * t) - self.path(x)) / mp.pi**2 + self.impulse(x) * t / mp.pi
-        start = (way + bent) / t - gravity * t / 2
-        return start, start + gravity * t + (self.impulse(x + mp.pi * t) - self.impulse(x)) / mp.pi
+def speeds(flights: Flights, way: mpf, t: mpf, x: mpf, gravity: mpf) -> tuple[mpf, mpf]:
+    """Velocities at the begin and the end of a flight that covers `way` in a time."""
+    gained, moved = flights.moved(0, gravity, x / mp.pi, t)
+    return (way - moved) / t, (way - moved) / t + gained
 
 
 class Digits:
@@ -104,9 +92,9 @@ def height_is_right(
         r = mpf(b) if alike else Restitutions(mpf(b), mpf(t))
         u, phi = mpf(u) + mpf(1) / 1000, mpf(phi)
         up, down = n + 2 * n * u, n - 2 * n * u
-        force = Force(harmonics)
-        after_bottom, before_top = force.flight(-d, up, phi, gbar + friction)
-        after_top, before_bottom = force.flight(d, down, phi + mp.pi * up, gbar - friction)
+        flights = Flights(Groups(d, gbar, r, harmonics))
+        after_bottom, before_top = speeds(flights, -d, up, phi, gbar + friction)
+        after_top, before_bottom = speeds(flights, d, down, phi + mp.pi * up, gbar - friction)
         (bottom, top), both = by_wall(r), up * down
         divided = flat and alike and n % 2 == 1
         for varied, expected in (

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from exact_device import ExactDevice
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from msgspec.structs import replace
+from raw_flights import Flights
 
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
@@ -34,20 +36,13 @@ restitutions = st.floats(0, 0.95)
 shares, phases, ratios = st.floats(-0.49, 0.49), st.floats(0, 6.28), st.integers(1, 3)
 
 
-def flown(velocity: Any, phase: Any, duration: Any, gbar: Any) -> tuple[Any, Any, Any]:
-    """Velocity, displacement and phase at the end of a flight: Z'' = gbar + cos(phase) integrated twice, (2.8)."""
-    end = phase + mp.pi * duration
-    speed = velocity + gbar * duration + (mp.sin(end) - mp.sin(phase)) / mp.pi
-    way = (velocity - mp.sin(phase) / mp.pi) * duration + gbar * duration**2 / 2
-    return speed, way - (mp.cos(end) - mp.cos(phase)) / mp.pi**2, end
-
-
 def missed(orbit: Any, r: Restitutions, n: int) -> list[Any]:
     """By how much a motion misses the raw maps (2.10)-(2.13) of a period: velocities at top and bottom, d twice."""
-    velocity, phase, up = mpf(orbit.velocity_bottom), mpf(orbit.phi), n + 2 * n * mpf(orbit.u)
-    top, there, phase = flown(-mpf(r.bottom) * velocity, phase, up, mpf(orbit.gbar))
-    end, back, _ = flown(-mpf(r.top) * top, phase, 2 * n - up, mpf(orbit.gbar))
-    return [top - orbit.velocity_top, end - velocity, there + orbit.d, back - orbit.d]
+    start = mpf(orbit.phi) / mp.pi
+    flights = Flights(Groups(orbit.d, orbit.gbar, r))
+    return flights.missed(
+        mpf(orbit.velocity_bottom), orbit.velocity_top, start, start + n + 2 * n * mpf(orbit.u), period=2 * n
+    )
 
 
 @settings(max_examples=20)
@@ -100,33 +95,6 @@ def test_equal_restitutions_of_two_membranes_give_the_numbers_of_one(n: int) -> 
         np.testing.assert_array_equal(*same)
 
 
-def newton_motion(x: np.ndarray, d: float, gbar: float, r: Restitutions) -> np.ndarray | None:
-    """The root of the raw maps in (velocity, phase, q) that Newton's method leads to, by differences alone."""
-
-    def flight(out: float, phase: float, time: float) -> tuple[float, float, float]:
-        end = phase + np.pi * time
-        way = (out - np.sin(phase) / np.pi) * time + gbar * time**2 / 2 - (np.cos(end) - np.cos(phase)) / np.pi**2
-        return out + gbar * time + (np.sin(end) - np.sin(phase)) / np.pi, way, end
-
-    def residual(x: np.ndarray) -> np.ndarray:
-        velocity, phase, q = x
-        top, there, phase = flight(-r.bottom * velocity, phase, 2 * q)
-        end, back, _ = flight(-r.top * top, phase, 2 - 2 * q)
-        return np.array([end - velocity, there + d, back - d])
-
-    with np.errstate(all="ignore"):
-        for _ in range(40):
-            value = residual(x)
-            slope = np.stack([(residual(x + 1e-7 * e) - residual(x - 1e-7 * e)) / 2e-7 for e in np.eye(3)], axis=1)
-            if not np.isfinite(slope).all() or abs(np.linalg.det(slope)) < 1e-12:
-                return None
-            step = np.linalg.solve(slope, value)
-            x = x - step
-            if np.abs(step).max() < 1e-11:
-                return x
-    return None
-
-
 @pytest.mark.parametrize("gbar", [0.0, 0.05, 0.3])
 def test_random_newton_starts_find_no_motion_that_is_not_listed(gbar: float) -> None:
     rng = np.random.default_rng(int(100 * gbar))
@@ -135,14 +103,8 @@ def test_random_newton_starts_find_no_motion_that_is_not_listed(gbar: float) -> 
     listed = find_motions(Groups(np.array([d]), np.array([gbar]), r), 1).orbit
     known = np.stack([listed.velocity_bottom, np.mod(listed.phi, 2 * np.pi), 0.5 + listed.u], axis=1)
     found = 0
-    for start in rng.uniform([0, 0, 0.02], [2, 2 * np.pi, 0.98], (25, 3)):
-        root = newton_motion(start, d, gbar, r)
-        if root is None or not 0 < root[2] < 1 or root[0] <= 0:
-            continue
-        # Over a period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its own.
-        if (2 * gbar - (1 + bottom) * root[0]) / (1 + top) >= 0:
-            continue
-        root[1] %= 2 * np.pi
+    for v0, _, t0, t1 in Flights(Groups(d, gbar, r), ops=np).from_anywhere(rng, 25):
+        root = [v0, np.mod(np.pi * t0, 2 * np.pi), (t1 - t0) / 2]
         assert np.abs(np.abs(known - root)).max(axis=1).min() < 1e-6
         found += 1
     assert found
@@ -164,34 +126,6 @@ INCLINED = Device(0.1245, Restitutions(0.47, 0.52), 9.8, 0.6934, 3.0, 2.0, 45.0)
 LEVEL = replace(INCLINED, inclination_deg=0.0, length_m=0.5554)
 
 
-def exact_event(sweep: Sweep, point: Any) -> tuple[Any, Any]:
-    """A critical point as it was found, and the raw maps and the trace of their differences, which vanish there."""
-    r = sweep.device.restitution
-    n, border = sweep.device.period_ratio, {Event.PERIOD_DOUBLING: -1, Event.FOLD: 1}[point.event]
-
-    def equations(x: Any) -> list[Any]:
-        d, gbar = reference.groups(sweep.device, sweep.parameter, x[3])
-        up = n + 2 * n * x[2]
-        top, there, phase = flown(-mpf(r.bottom) * x[0], x[1], up, gbar)
-        end, back, _ = flown(-mpf(r.top) * top, phase, 2 * n - up, gbar)
-
-        def map_of(t: Any, v: Any, wall: int) -> tuple[Any, Any]:
-            own = mpf(r.bottom if wall > 0 else r.top)
-            guess = up if wall > 0 else 2 * n - up
-            flight = mp.findroot(lambda s: flown(-own * v, mp.pi * t, s, gbar)[1] + wall * d, guess)
-            return t + flight, flown(-own * v, mp.pi * t, flight, gbar)[0]
-
-        step, columns = mpf(10) ** -15, []
-        for dt, dv in ((step, 0), (0, step)):
-            pair = [map_of(*map_of(x[1] / mp.pi + s * dt, x[0] + s * dv, 1), -1) for s in (1, -1)]
-            columns.append([(a - b) / (2 * step) for a, b in zip(*pair, strict=True)])
-        tr = columns[0][0] + columns[1][1]
-        return [end - x[0], there + d, back - d, tr - border * (1 + mpf(r.bottom * mpf(r.top)) ** 2)]
-
-    start = [point.closed.velocity_bottom, point.closed.phi_bottom, point.closed.u, point.sweep_value]
-    return start, equations
-
-
 @pytest.mark.parametrize(("device", "low", "high"), [(INCLINED, 0.59, 0.75), (LEVEL, 0.26, 0.75)])
 def test_critical_points_against_the_raw_maps(device: Device, low: float, high: float) -> None:
     sweep = Sweep(device, Parameter.LENGTH, low, high)
@@ -199,9 +133,13 @@ def test_critical_points_against_the_raw_maps(device: Device, low: float, high: 
     assert points
     with mp.workdps(45):
         for point in points[:2]:
-            start, equations = exact_event(sweep, point)
-            worst = max(abs(x) for x in equations([mpf(x) for x in start]))
-            assert worst < 1e-12  # as far as the rounding of the point's numbers goes, times the slopes
+            exact = ExactDevice(device.with_values({sweep.parameter: point.sweep_value}))
+            at = point.closed
+            start = mpf(at.phi_bottom) / mp.pi
+            x = mpf(at.velocity_bottom), mpf(at.velocity_top), start, start + 1 + 2 * mpf(at.u)
+            border, (tr, determinant) = {Event.PERIOD_DOUBLING: -1, Event.FOLD: 1}[point.event], exact.map_of(*x)
+            # As far as the rounding of the point's numbers goes, times the slopes.
+            assert max(map(abs, [*exact.missed(*x), tr - border * (1 + determinant)])) < 1e-12
             assert point.error_bound < 1e-15
 
 
@@ -302,7 +240,7 @@ def test_after_each_impact_the_ball_has_the_share_of_its_speed_that_the_membrane
     flights = [(before, after) for before, after in pairwise(rows) if not before[SETTLING] + before[RIDING]]
     assert {before[WALL] for before, _ in flights} == {1.0, -1.0}
     for before, after in flights:
-        speed, _, _ = flown(0, mpf(before[PHASE]), mpf(after[FLIGHT]), mpf(groups.gbar))
+        speed, _ = Flights(groups).moved(0, groups.gbar, mpf(before[PHASE]) / mp.pi, mpf(after[FLIGHT]))
         left = float(after[VELOCITY] - speed)
         wall = int(before[WALL])
         assert left == pytest.approx(-groups.restitution_at(wall) * before[VELOCITY], rel=1e-9)

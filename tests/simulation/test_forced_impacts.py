@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import first
 from mpmath import mp, mpf
+from raw_flights import Flights
 
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions
@@ -31,37 +32,6 @@ def groups_of(d: float, gbar: float, r: object, parts: Parts) -> Groups:
     return Groups(d, gbar, r, tuple(Harmonic.of(j, 100 * p, psi) for j, p, psi in parts))
 
 
-def state(t: np.ndarray, after: float, phase: float, gbar: float, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
-    """Way and velocity after times, by integrals of each cosine."""
-    way, speed = after * t + gbar * t * t / 2, after + gbar * t
-    for j, p, psi in ((1, 1.0, 0.0), *((j, p, radians(psi)) for j, p, psi in parts)):
-        first, last = j * phase + psi, j * (phase + pi * t) + psi
-        speed = speed + p * (np.sin(last) - np.sin(first)) / (j * pi)
-        way = way - p * (np.cos(last) - np.cos(first)) / (j * pi) ** 2 - p * np.sin(first) * t / (j * pi)
-    return way, speed
-
-
-def next_impact(wall: float, after: float, phase: float, groups: Groups, parts: Parts) -> tuple[float, float, float]:
-    """Wall, time and velocity of the first impact, by small steps and bisections; the ball has left a wall."""
-    d = float(groups.d)
-    low, high = (-d, 0.0) if wall > 0 else (0.0, d)
-    t = np.linspace(1e-9, 4.0, 40_001)
-    way, _ = state(t, after, phase, float(groups.gbar), parts)
-    out = (way < low) | (way > high)
-    i = int(np.argmax(out))
-    if not out[i]:
-        return 0.0, 0.0, 0.0
-    goal = high if way[i] > high else low
-    before, behind = (t[i - 1] if i else 0.0), t[i]
-    for _ in range(60):
-        middle = (before + behind) / 2
-        here = float(state(np.array([middle]), after, phase, float(groups.gbar), parts)[0][0])
-        inside = here < goal if goal == high else here > goal
-        before, behind = (middle, behind) if inside else (before, middle)
-    speed = float(state(np.array([behind]), after, phase, float(groups.gbar), parts)[1][0])
-    return (1.0 if goal == high else -1.0), behind, speed
-
-
 @pytest.mark.parametrize("parts", first(2, FORCES))
 def test_each_impact_is_the_first_that_small_steps_find(parts: Parts) -> None:
     rng = np.random.default_rng(7)
@@ -74,10 +44,10 @@ def test_each_impact_is_the_first_that_small_steps_find(parts: Parts) -> None:
         for before, after in zip(rows[-8:-1], rows[-7:], strict=True):
             if before[SETTLING] + before[RIDING] > 0 or abs(before[VELOCITY]) < 1e-2:
                 continue
-            leaves = -groups.restitution_at(int(before[WALL])) * before[VELOCITY]
-            wall, time, speed = next_impact(before[WALL], leaves, before[PHASE], groups, parts)
+            flights = Flights(groups, [(j, p, radians(psi)) for j, p, psi in parts], np)
+            wall, time, speed = flights.struck(int(before[WALL]), before[VELOCITY], before[PHASE] / pi)
             if abs(speed) < 1e-3:
-                continue  # a touch that steps may not see, or a long flight
+                continue  # a touch that steps may not see
             assert after[WALL] == wall
             assert after[FLIGHT] == pytest.approx(time, abs=1e-11)
             assert after[VELOCITY] == pytest.approx(speed, abs=1e-10)
@@ -145,20 +115,13 @@ def test_chatter_ends_where_many_small_hops_do() -> None:
     first = int(np.argmax(rows[:, SETTLING] > 0))
     assert rows[first, SETTLING] > 0
     with mp.workdps(40):
-
-        def gone(t: mpf, after: mpf, phase: mpf) -> tuple[mpf, mpf]:
-            way, speed = after * t + mpf(0.3) * t * t / 2, after + mpf(0.3) * t
-            for j, p, psi in ((1, mpf(1), mpf(0)), (2, mpf(0.1), 40 * mp.pi / 180)):
-                first, last = j * phase + psi, j * (phase + mp.pi * t) + psi
-                speed += p * (mp.sin(last) - mp.sin(first)) / (j * mp.pi)
-                way += -p * (mp.cos(last) - mp.cos(first)) / (j * mp.pi) ** 2 - p * mp.sin(first) * t / (j * mp.pi)
-            return way, speed
-
-        clock, speed, phase = mpf(0), mpf(float(rows[0, VELOCITY])), mpf(5.5)
+        flights = Flights(groups, [(2, mpf(0.1), 40 * mp.pi / 180)])
+        clock, speed, start = mpf(0), mpf(float(rows[0, VELOCITY])), mpf(5.5) / mp.pi
         for _ in range(16):
-            after, pull = -mpf(0.3) * speed, 0.3 + mp.cos(phase) + 0.1 * mp.cos(2 * phase + 40 * mp.pi / 180)
-            hop = mp.findroot(lambda t, a=after, x=phase: gone(t, a, x)[0] / t, -2 * after / pull)
-            speed, clock, phase = gone(hop, after, phase)[1], clock + hop, phase + mp.pi * hop
+            phase, after = mp.pi * start, mpf(0.3) * speed
+            pull = 0.3 + mp.cos(phase) + 0.1 * mp.cos(2 * phase + 40 * mp.pi / 180)
+            hop = mp.findroot(lambda t, v=speed, x=start: flights.flown(1, v, x, t)[1] / t, 2 * after / pull)
+            speed, clock, start = flights.flown(1, speed, start, hop)[0], clock + hop, start + hop
     told = float(rows[1 : first + 1, FLIGHT].sum() + rows[first, SETTLING])
     assert told == pytest.approx(float(clock), rel=1e-8)
 

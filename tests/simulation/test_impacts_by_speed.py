@@ -8,6 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from raw_flights import Flights
 
 from vireport.design.effects import Effect, shifts
 from vireport.design.lines import Line, ends_on_curve, model_on_line, stable_ones
@@ -34,28 +35,6 @@ CHATTER = (-0.01, 0.8, 40), *(pytest.param(*own, marks=pytest.mark.slow) for own
 PARTS = (Harmonic(2, 0.1, -0.05), Harmonic(3, 0.02, 0.07))
 
 
-def in_digits(groups: Groups[float], t0: mp.mpf, before: mp.mpf, wall: int, r: mp.mpf):
-    """Way and velocity of a flight by its time, in 40 digits."""
-    gbar, after = mp.mpf(groups.gbar), -r * before
-    parts = [(1, mp.mpf(1), mp.mpf(0))]
-    parts += [(own.order, mp.mpf(own.cosine), mp.mpf(own.sine)) for own in groups.harmonics]
-
-    def force(t, k):
-        x = [(j * mp.pi * t - k * mp.pi / 2, (j * mp.pi) ** k, a, b) for j, a, b in parts]
-        return sum((a * mp.cos(angle) + b * mp.sin(angle)) / scale for angle, scale, a, b in x)
-
-    def way(s):
-        return after * s + gbar * s * s / 2 + force(t0 + s, 2) - force(t0, 2) - force(t0, 1) * s
-
-    return way, lambda s: after + gbar * s + force(t0 + s, 1) - force(t0, 1)
-
-
-def restitution(law: SpeedLaw, wall: float, before: mp.mpf) -> mp.mpf:
-    stated = mp.mpf(law.bottom if wall > 0 else law.top)
-    r = stated * (abs(before) / mp.mpf(law.speed)) ** mp.mpf(law.exponent)
-    return min(r, mp.mpf(flight.LARGEST_RESTITUTION))
-
-
 @pytest.mark.parametrize("harmonics", [(), PARTS])
 @pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_each_flight_is_that_of_the_law_in_40_digits(harmonics: tuple[Harmonic, ...], compiled: bool) -> None:
@@ -70,12 +49,13 @@ def test_each_flight_is_that_of_the_law_in_40_digits(harmonics: tuple[Harmonic, 
                 if row[RIDING] + row[SETTLING] > 0:
                     continue
                 before, t0, s = mp.mpf(row[VELOCITY]), mp.mpf(row[PHASE]) / mp.pi, mp.mpf(after[FLIGHT])
-                way, speed = in_digits(groups, t0, before, row[WALL], restitution(law, row[WALL], before))
-                target = mp.mpf(groups.d) * int(after[WALL] - row[WALL]) / 2
+                wall, flights = int(row[WALL]), Flights(groups)
+                speed, way = flights.flown(wall, before, t0, s)
+                target = mp.mpf(groups.d) * int(after[WALL] - wall) / 2
                 # Both times are rounded, so the place is off by the speed times that.
-                assert abs(way(s) - target) < 1e-14 * (1 + abs(after[VELOCITY])) * (1 + s)
-                assert abs(speed(s) - mp.mpf(after[VELOCITY])) < 1e-13 * (1 + s)
-                inside = [way(s * mp.mpf(k) / 12) * int(row[WALL]) for k in range(1, 12)]
+                assert abs(way - target) < 1e-14 * (1 + abs(after[VELOCITY])) * (1 + s)
+                assert abs(speed - mp.mpf(after[VELOCITY])) < 1e-13 * (1 + s)
+                inside = [flights.flown(wall, before, t0, s * mp.mpf(k) / 12)[1] * wall for k in range(1, 12)]
                 assert max(inside) < 1e-15
                 assert min(inside) > -groups.d - 1e-15
                 hard += 1
@@ -92,18 +72,18 @@ def test_hops_to_rest_take_the_time_that_they_take_one_by_one(exponent: float, s
     found = mp.fsum(mp.mpf(t) for t in rows[1:, FLIGHT]) + mp.mpf(rows[-1, SETTLING])
     with mp.workdps(30):
         t, before = mp.mpf(1) / mp.pi, mp.mpf(0.02)
-        begun, most = t, mp.mpf(flight.LARGEST_RESTITUTION)
+        begun, most, flights = t, mp.mpf(flight.LARGEST_RESTITUTION), Flights(groups)
         while before > mp.mpf(10) ** -18:
-            r = restitution(groups.restitution, 1, before)
+            r = flights.restitution_of(1, before)
             pull = mp.mpf(1.3) + mp.cos(mp.pi * t)
             if r == most and before < 1e-9:  # what is left is a geometric series, to 1e-14
                 t += 2 * r * before / pull / (1 - r)
                 break
-            way, velocity = in_digits(groups, t, before, 1, r)
             s = 2 * r * before / pull
             for _ in range(6 if before > 1e-4 else 3):
-                s -= way(s) / velocity(s)
-            t, before = t + s, velocity(s)
+                velocity, way = flights.flown(1, before, t, s)
+                s -= way / velocity
+            t, before = t + s, flights.flown(1, before, t, s)[0]
         assert abs(found - (t - begun)) < 3e-13
 
 

@@ -140,7 +140,7 @@ def farthest_in_forty_digits(device: Case, found: LeastShock, size: float, impac
     with mp.workdps(40):
         reference = Reference(device.groups)
         x = mp.pi * mpf(float(motion.time[found.impact]))
-        before = mpf(float(motion.velocity[found.impact])) - found.sign * mpf(size) / reference.groups.restitution
+        before = mpf(float(motion.velocity[found.impact])) - found.sign * mpf(size) / reference.r[0]
         for _ in range(impacts):
             wall, _, before, x, _ = reference.next_impact(wall, before, x)
             own = [

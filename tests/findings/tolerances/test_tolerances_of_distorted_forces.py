@@ -111,7 +111,7 @@ def test_random_devices_are_those_of_40_digits() -> None:
             guess = float(orbit.velocity_bottom[k]), float(orbit.velocity_top[k]), t0, t0 + up
             x = mp.findroot(exact.missed, guess, tol=1e-30)
             assert max(abs(a - b) for a, b in zip(x, guess, strict=True)) < 1e-12
-            trace, determinant = exact.map_of(x[0], x[2], x[3])
+            trace, determinant = exact.map_of(*x)
         assert abs(trace) < 1 + determinant  # both multipliers are within the unit circle
         stable = motions_at(one, Parameter.LENGTH)[0]
         assert float(trace) == pytest.approx(float(stable.trace[stable.stable_mask][0]), rel=1e-9)
