@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 from conftest import first
 from msgspec.structs import replace
+from raw_flights import Flights
 from strategies import random_sweeps
 
+from vireport.base.errors import NumericalError
 from vireport.design.point import design_point
 from vireport.motions.diagram import solve
+from vireport.motions.pointwise import find_motions
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import Device
+from vireport.physics.forcing import Harmonic
+from vireport.physics.groups import Groups, Restitutions
 from vireport.scenario.parameters import Parameter
 
 
@@ -66,6 +71,42 @@ def test_every_motion_of_a_scan_is_found(seed: int) -> None:
             np.abs(ours.velocity_bottom - velocity) + np.abs(ours.q - q) + np.abs(np.sin((ours.phi_bottom - phase) / 2))
         )
         assert off.min() < 1e-3
+
+
+def random_groups(rng: np.random.Generator, parts: tuple[str, ...]) -> Groups[float]:
+    """Groups of a device whose membranes are not alike, with some parts."""
+    r = Restitutions(*rng.uniform(0.1, 0.85, 2).tolist())
+    orders = rng.choice(np.arange(2, 9), size=int(rng.integers(1, 4)), replace=False).tolist()
+    harmonics = tuple(Harmonic.of(order, *rng.uniform((1, 0), (50, 360)).tolist()) for order in orders)
+    d, gbar = float(10 ** rng.uniform(-0.9, -0.1)), float(rng.choice([0.0, 1e-6, rng.uniform(0, 0.6)]))
+    friction = float(rng.uniform(0.01, 0.3)) if "friction" in parts else None
+    return Groups(d, gbar, r, harmonics if "harmonics" in parts else (), friction)
+
+
+@pytest.mark.parametrize(
+    ("count", "parts"),
+    [
+        (4, ()),
+        (2, ("friction",)),
+        *(pytest.param(9, parts, marks=pytest.mark.slow) for parts in (("friction",), ("harmonics",))),
+        pytest.param(9, ("friction", "harmonics"), marks=pytest.mark.slow),
+    ],
+)
+def test_newton_from_anywhere_finds_no_motion_that_is_not_listed(count: int, parts: tuple[str, ...]) -> None:
+    rng, seen = np.random.default_rng(5), 0
+    for k in range(count):
+        groups, n = random_groups(rng, parts), 1 + k % 3
+        try:
+            listed = find_motions(groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar])), n).orbit
+        except NumericalError:
+            assert "harmonics" in parts  # next to the largest gravity at which there are motions they are refused
+            continue
+        for x in Flights(groups, ops=np).from_anywhere(rng, 40, 2 * n):
+            phase = np.abs(np.mod(listed.phi - np.pi * x[2] + np.pi, 2 * np.pi) - np.pi)
+            off = np.maximum(np.abs(listed.u - ((x[3] - x[2]) / (2 * n) - 0.5)), phase)
+            assert off.min(initial=np.inf) < 1e-5, (groups, n, x)
+            seen += 1
+    assert seen > 2 * count
 
 
 def test_small_inclination_has_two_families_and_large_has_fewer_stable_ones() -> None:

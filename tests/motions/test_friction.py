@@ -8,7 +8,7 @@ from mpmath import mp, mpf
 from msgspec.structs import replace
 from raw_flights import Flights
 
-from vireport.base.errors import NumericalError, UsageError
+from vireport.base.errors import UsageError
 from vireport.design.margins import margins_of
 from vireport.design.point import motions_at
 from vireport.design.solution import solution_of
@@ -124,39 +124,6 @@ def test_derivatives_of_every_end_are_its_differences(device: Device) -> None:
         if checked >= 3:
             break
     assert checked
-
-
-def check_complete(count: int, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    seen = 0
-    for k in range(count):
-        n, harmonics = 1 + k % 2, SECOND if k % 3 == 2 else ()
-        r = Restitutions(*rng.uniform(0.2, 0.8, 2)) if k % 4 == 3 else float(rng.uniform(0.2, 0.8))
-        gbar = 0.0 if k % 5 == 4 else float(rng.uniform(0, 0.5))
-        groups = Groups(float(rng.uniform(0.1, 0.7)), gbar, r, harmonics, float(rng.uniform(0.01, 0.3)))
-        try:
-            listed = find_motions(groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar])), n).orbit
-        except NumericalError:
-            assert harmonics  # next to the largest gravity at which there are motions they are refused
-            continue
-        for x in Flights(groups, ops=np).from_anywhere(rng, 30, 2 * n):
-            apart = np.hypot(
-                listed.u - ((x[3] - x[2]) / (2 * n) - 0.5), np.angle(np.exp(1j * (listed.phi - np.pi * x[2])))
-            )
-            assert apart.size, (groups, n, x)
-            assert apart.min() < 1e-5, (groups, n, x)
-            seen += 1
-    assert seen > count
-
-
-@pytest.mark.slow
-def test_no_motion_is_found_from_anywhere_that_is_not_listed() -> None:
-    check_complete(3, 3)
-
-
-@pytest.mark.slow
-def test_no_motion_of_many_devices_is_found_from_anywhere_that_is_not_listed() -> None:
-    check_complete(20, 4)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""1:1 motions of a force with harmonics: against flights in 40 digits, Newton from anywhere, and the simulation."""
+"""1:1 motions of a force with harmonics: against flights in 40 digits, and the simulation."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from vireport.motions.contour import Surface, contours, places
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.orbits import Dynamics, orbits_of
-from vireport.motions.pointwise import PointwiseMotions, find_motions
+from vireport.motions.pointwise import PointwiseMotions
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.motions.turning import turns, wall_gap
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, unaccelerated
-from vireport.physics.groups import Groups, Restitutions
+from vireport.physics.groups import Groups
 from vireport.scenario.parameters import DRIVING, Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact
@@ -114,43 +114,6 @@ def test_the_gaps_of_many_motions_are_those_of_each_by_itself() -> None:
         assert gap == pytest.approx(least, abs=1e-9) or max(gap, least) < 0  # beyond a membrane either is
         seen.add(bool(gap > 0))
     assert seen == {False, True}
-
-
-def missed_by(device: Device, rng: np.random.Generator, starts: int) -> int:
-    """Motions that Newton's method finds from random starts, none of which may be missing; their number."""
-    groups, n, found = device.groups(Parameter.LENGTH, device.length_m).as_floats(), device.period_ratio, 0
-    known = find_motions(groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar])), n).orbit
-    for x in Flights(groups, ops=np).from_anywhere(rng, starts, 2 * n):
-        found += 1
-        phase = np.abs(np.mod(known.phi - pi * x[2] + pi, 2 * pi) - pi)
-        off = np.maximum(np.abs(known.u - ((x[3] - x[2]) / (2 * n) - 0.5)), phase)
-        assert off.size, (device, x)
-        assert off.min() < 1e-5, (device, x, known.u, known.phi)
-    return found
-
-
-def random_device(rng: np.random.Generator) -> Device:
-    orders = rng.choice(np.arange(2, 9), size=int(rng.integers(1, 4)), replace=False)
-    parts = tuple((int(j), float(rng.uniform(0.01, 0.5)), float(rng.uniform(0, 360))) for j in orders)
-    r = Restitutions(*map(float, rng.uniform(0.2, 0.8, 2))) if rng.random() < 0.3 else float(rng.uniform(0.0, 0.8))
-    beta = float(rng.choice([0.0, 1e-4, rng.uniform(1, 89)]))
-    device = Device(
-        0.1245, r, 9.8, float(rng.uniform(0.05, 1.0)), 3.0, float(rng.uniform(1.6, 2.6)), beta,
-        period_ratio=int(rng.choice([1, 1, 2, 3])),
-    )  # fmt: skip
-    return with_force(device, *parts)
-
-
-@pytest.mark.slow
-def test_newton_from_random_starts_finds_no_other_motion() -> None:
-    rng = np.random.default_rng(5)
-    assert sum(missed_by(random_device(rng), rng, 40) for _ in range(2)) > 5
-
-
-@pytest.mark.slow
-def test_newton_from_many_random_starts_finds_no_other_motion() -> None:
-    rng = np.random.default_rng(17)
-    assert sum(missed_by(random_device(rng), rng, 120) for _ in range(5)) > 100
 
 
 def test_a_sweep_has_the_motions_of_each_of_its_points() -> None:

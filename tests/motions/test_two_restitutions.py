@@ -95,21 +95,6 @@ def test_equal_restitutions_of_two_membranes_give_the_numbers_of_one(n: int) -> 
         np.testing.assert_array_equal(*same)
 
 
-@pytest.mark.parametrize("gbar", [0.0, 0.05, 0.3])
-def test_random_newton_starts_find_no_motion_that_is_not_listed(gbar: float) -> None:
-    rng = np.random.default_rng(int(100 * gbar))
-    bottom, top = rng.uniform(0.1, 0.85, 2)
-    r, d = Restitutions(bottom, top), 10 ** rng.uniform(-0.8, -0.2)
-    listed = find_motions(Groups(np.array([d]), np.array([gbar]), r), 1).orbit
-    known = np.stack([listed.velocity_bottom, np.mod(listed.phi, 2 * np.pi), 0.5 + listed.u], axis=1)
-    found = 0
-    for v0, _, t0, t1 in Flights(Groups(d, gbar, r), ops=np).from_anywhere(rng, 25):
-        root = [v0, np.mod(np.pi * t0, 2 * np.pi), (t1 - t0) / 2]
-        assert np.abs(np.abs(known - root)).max(axis=1).min() < 1e-6
-        found += 1
-    assert found
-
-
 def test_derivatives_by_one_restitution_are_those_of_differences() -> None:
     r, step = Restitutions(np.array([0.45]), np.array([0.55])), 1e-30
     groups = Groups(np.array([0.46 + 0j]), np.array([0.287 + 0j]), Restitutions(r.bottom + 1j * step, r.top + 0j))
