@@ -8,18 +8,11 @@ import math
 import pytest
 from conftest import EXAMPLES
 
-from vireport.base.errors import ScenarioError, UsageError
-from vireport.design.compliant.own_stiffness import own_stiffness
-from vireport.findings.accuracy.workprecision import measure
-from vireport.findings.membranes.compliance import compliance
-from vireport.findings.outcomes.outcomes import switched_on_by
-from vireport.findings.outcomes.withstood import withstood_by
-from vireport.findings.tolerances.region import region_of
+from vireport.base.errors import ScenarioError
 from vireport.physics import flight
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.scenario.loading import load
-from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import analyse
@@ -39,16 +32,6 @@ NAMED = r"device\.restitution_exponent|falls with speed"
 def falling():
     over = POINT | FALLS | DIELECTRIC | {"requirements": {"margin_any_percent": 3, "reached_from_rest": True}}
     return analyse(load(EXAMPLES / "inclined.yaml", over), (Task.JSON, Task.HTML))
-
-
-def test_without_an_exponent_it_is_constant_to_the_last_bit(example) -> None:
-    ways = ({}, {"device.restitution_exponent": 0.0}, FALLS | {"device.restitution_exponent": 0.0})
-    plain, *same = (analyse(load(example("inclined"), over), (Task.JSON,)).to_dict() for over in ways)
-    del plain["overrides"]
-    for own in same:
-        del own["overrides"]
-        own["scenario"]["device"]["restitution_speed_m_s"] = None
-        assert own == plain
 
 
 def test_what_may_be_stated_is_what_the_law_allows() -> None:
@@ -107,19 +90,3 @@ def test_where_nothing_is_stable_it_is_not_said_that_there_is_none() -> None:
     alerts = analyse(load(EXAMPLES / "inclined.yaml", over), (Task.JSON,)).to_dict()["alerts"]
     (cause,) = [alert["cause"] for alert in alerts if alert["code"] == "VR003"]
     assert "There may be others." in cause
-
-
-def test_what_is_called_from_python_refuses_as_well(falling, example) -> None:
-    solution = falling.solution
-    asked = load(example("inclined"), {"disturbances": {}}).scenario.disturbances
-    refused = (
-        lambda: region_of(solution.device, {DesignInput.LENGTH: 0.01}),
-        lambda: withstood_by(solution, True, 0.0, 0.0, None),
-        lambda: compliance(solution, (1.0,)),
-        lambda: measure(solution, 1),
-        lambda: own_stiffness(solution),
-        lambda: switched_on_by(solution, asked),
-    )
-    for call in refused:
-        with pytest.raises(UsageError, match="falls with speed"):
-            call()

@@ -8,23 +8,14 @@ import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
 
-from vireport.base.errors import UsageError
-from vireport.design.compliant.own_stiffness import own_stiffness
 from vireport.figures.device import shown_motion
-from vireport.findings.accuracy.workprecision import measure
-from vireport.findings.certificates.proofs import certify
-from vireport.findings.membranes.compliance import compliance
-from vireport.findings.tolerances.region import region_of
-from vireport.map.chart.over import plane_of
-from vireport.motions.atlas.families import atlas
 from vireport.motions.events import Event
-from vireport.motions.switching import Limits
 from vireport.physics.device import Device
 from vireport.report.changes.quantities import ComparedScenario
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.scenario.loading import load
-from vireport.scenario.parameters import DesignInput, Parameter
+from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task, plan
 from vireport.study.provenance import provenance_of
 from vireport.study.reading import read_results
@@ -40,15 +31,6 @@ def rubbed():
     required |= {"withstands_distortion_percent": 0.1}
     over = RUBS | {"requirements": required}
     return analyse(load(EXAMPLES / "inclined.yaml", over), (Task.JSON, Task.HTML))
-
-
-def test_friction_of_nothing_is_none(example) -> None:
-    """To the last bit, but for how the scenario is given."""
-    plain, same = (
-        analyse(load(example("inclined"), over), (Task.JSON,)).to_dict() for over in ({}, {"device.friction": 0.0})
-    )
-    assert plain.pop("overrides") != same.pop("overrides")
-    assert plain == same
 
 
 @pytest.mark.slow
@@ -93,22 +75,6 @@ def test_a_report_says_of_an_end_at_a_stop_that_the_motion_may_go_on() -> None:
     assert study.solution.design.endings()[0].event is Event.STOP
     page = render_html(Report(study, {}, provenance_of(study.loaded, "test"))).decode()
     assert "it may go on, with stops, as stable as before" in page
-
-
-def test_what_is_called_from_python_refuses_as_well(rubbed) -> None:
-    solution, device = rubbed.solution, rubbed.solution.device
-    refused = (
-        lambda: atlas(solution.sweep, Limits(4, 2)),
-        lambda: certify(solution.diagram),
-        lambda: region_of(device, {DesignInput.LENGTH: 0.01}),
-        lambda: compliance(solution, (1.0,)),
-        lambda: measure(solution, 1),
-        lambda: own_stiffness(solution),
-        lambda: plane_of(rubbed.scenario, "length_m,inclination_deg"),
-    )
-    for call in refused:
-        with pytest.raises(UsageError, match="of a ball with friction"):
-            call()
 
 
 def test_a_ball_with_friction_has_a_family_that_is_symmetric(example) -> None:

@@ -11,13 +11,7 @@ from conftest import EXAMPLES
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.findings.accuracy.workprecision import measure
-from vireport.findings.certificates.proofs import certify
-from vireport.findings.membranes.compliance import compliance
-from vireport.findings.tolerances.proof import prove_region
-from vireport.findings.tolerances.region import region_of
 from vireport.findings.tolerances.results import recheck
-from vireport.map.chart.over import plane_of
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.report.changes.quantities import ComparedScenario
@@ -41,14 +35,6 @@ def distorted():
         "requirements": {"reached_from_rest": True, "withstands_distortion_percent": 1, "force_at_most_n": 3.1}
     }
     return analyse(load(EXAMPLES / "inclined.yaml", over), (Task.JSON, Task.HTML))
-
-
-def test_harmonics_of_nothing_are_a_sine(example) -> None:
-    """To the last bit, but for the scenario itself."""
-    plain, same = (analyse(load(example("inclined"), over), (Task.JSON,)).to_dict() for over in ({}, NOTHING))
-    for of_input in ("scenario", "overrides"):
-        assert plain.pop(of_input) != same.pop(of_input)
-    assert plain == same
 
 
 @pytest.mark.slow
@@ -85,21 +71,6 @@ def test_an_even_harmonic_leaves_out_the_symmetric_family(example) -> None:
     assert why[Task.SYMMETRIC] == "the force has an even harmonic: no motion is symmetric"
     odd = {"excitation.harmonics": [{"order": 3, "percent": 2.0, "phase_deg": 0.0}]}
     assert Task.SYMMETRIC not in {step.task for step in plan(load(example("horizontal"), odd).scenario).left_out}
-
-
-def test_what_is_called_from_python_refuses_as_well(distorted, example) -> None:
-    solution, device = distorted.solution, distorted.solution.device
-    refused = "of a force with harmonics"
-    with pytest.raises(UsageError, match=refused):
-        certify(solution.diagram)
-    with pytest.raises(UsageError, match=refused):
-        prove_region(region_of(device, {DesignInput.LENGTH: 0.01}))
-    with pytest.raises(UsageError, match=refused):
-        compliance(solution, (1.0,))
-    with pytest.raises(UsageError, match=refused):
-        measure(solution, 1)
-    with pytest.raises(UsageError, match=refused):
-        plane_of(distorted.scenario, "length_m,inclination_deg")
 
 
 def test_the_device_of_a_scenario_carries_its_harmonics(example) -> None:
