@@ -1,15 +1,30 @@
-"""Ticks and labels of the figures: round numbers that fit, and labels that stay clear of what is drawn."""
+"""Layout of the figures: ticks are round and fit, panels are clear of their neighbours, names lie on nothing."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import degrees
+
 import numpy as np
 import pytest
-from figure_cases import boxes_of
+from figure_cases import assert_readable, boxes_of
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vireport.figures.alongside import Paper, around, beside, covered
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.layout import Entry, blank, finished, folded, round_ticks, tick_labels, widened
-from vireport.figures.style import style
+from vireport.figures.layout import (
+    Entry,
+    blank,
+    finished,
+    folded,
+    letter_panels,
+    round_ticks,
+    tick_labels,
+    title,
+    widened,
+)
+from vireport.figures.style import sheet, style
 
 
 def test_round_ticks() -> None:
@@ -101,3 +116,175 @@ def test_a_legend_takes_as_few_lines_as_its_entries_fill(names: list[int], lines
     rows = [round(y) for y, _, _ in places]
     assert [rows.count(y) for y in dict.fromkeys(rows)] == lines
     assert max(text.get_window_extent().x1 for text in texts) <= 1.01 * figure.bbox.x1  # pixels round each letter
+
+
+Panels = np.ndarray
+
+
+def large_numbers(panels: Panels) -> None:
+    """Ticks so large that a factor of all stands over the panel, and ticks at the very ends of the axes."""
+    for axes in panels.ravel():
+        axes.plot([0.0, 1.0], [0.0, 4e9])
+        axes.set(xlim=(0, 1), xticks=[0, 1], xlabel="share", ylabel="speed [m/s]")
+        axes.set_xticklabels(["a long beginning", "a long end"])
+
+
+def titles(panels: Panels) -> None:
+    """Titles of two lines, and ticks of very different widths."""
+    for k, axes in enumerate(panels.ravel()):
+        axes.set(ylim=(0, 10.0**k), ylabel="|Ż|", xlabel="t")
+        axes.set_yticks([0, 10.0**k], ["0", f"{10.0**k:.{k}f}"])
+        title(axes, f"({k}) a title that takes two lines in a narrow panel, at least", panels.shape[1])
+
+
+def axis_on_top(panels: Panels) -> None:
+    """A second axis along the top, with a title over it."""
+    for axes in panels[0]:
+        top = axes.secondary_xaxis("top")
+        top.set_xticks([0.0, 0.5, 1.0], ["0", "half", "all"])
+        top.set_xlabel("remark\nlength s [m]")
+        axes.set_title("a scenario", weight="bold")
+    for axes in panels.ravel():
+        axes.set(xlim=(-0.1, 1.1), ylim=(-0.1, 1.1))
+    letter_panels(panels[:, 0], 0)
+
+
+def beyond_the_frame(panels: Panels) -> None:
+    """Names at the ends of curves, outside the frame."""
+    for axes in panels.ravel():
+        axes.annotate("bottom of it", (1.0, 0.5), xytext=(5, 0), textcoords="offset points", annotation_clip=False)
+
+
+@pytest.mark.parametrize("fill", [large_numbers, titles, axis_on_top, beyond_the_frame])
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (2, 2)])
+def test_what_is_around_panels_is_clear(fill: Callable[[Panels], None], rows: int, columns: int) -> None:
+    with style():
+        figure, panels = blank(rows, columns)
+        fill(panels)
+        finished(figure, 2.2 * rows, [], [])
+    assert_readable(figure)
+    # Nor is there more room than that takes: something is near each edge of the figure.
+    width, height = figure.canvas.get_width_height()
+    boxes = np.array([box.extents for _, box in boxes_of(figure)])
+    frames = np.array([axes.get_window_extent().extents for axes in figure.axes])
+    drawn = np.concatenate([boxes, frames])
+    near = 0.15 * figure.dpi
+    assert drawn[:, 0].min() < near
+    assert drawn[:, 1].min() < near
+    assert drawn[:, 2].max() > width - near
+    assert drawn[:, 3].max() > height - near
+
+
+def test_a_bar_of_colours_is_beside_its_panel_and_in_the_figure() -> None:
+    with style():
+        figure, panels = blank(1)
+        axes: Axes = panels[0, 0]
+        image = axes.imshow([[0.0, 300000.0], [200000.0, 400000.0]], aspect="auto")
+        bar = figure.colorbar(image, ax=axes, label="voltage [V]")
+        finished(figure, 3.0, [], [])
+    assert_readable(figure)
+    figure.canvas.draw()
+    label, frame, panel = (x.get_window_extent() for x in (bar.ax.yaxis.label, bar.ax, axes))
+    assert panel.x1 < frame.x0 < frame.x1 < label.x0 < label.x1 <= figure.bbox.x1
+    assert label.x1 > figure.bbox.x1 - 0.25 * figure.dpi
+
+
+def test_panels_above_one_another_have_the_same_sides_whatever_their_ticks() -> None:
+    with style():
+        figure, panels = blank(2, sharex="col")
+        panels[0, 0].set(ylim=(0, 1), yticks=[0, 1], ylabel="share")
+        panels[1, 0].set(ylim=(0, 1e5), yticks=[0, 1e5], ylabel="voltage [V]", xlabel="t")
+        finished(figure, 4.0, [], [], aligned=panels[:, 0])
+    figure.canvas.draw()
+    upper, lower = (axes.get_window_extent() for axes in panels[:, 0])
+    assert (upper.x0, upper.x1) == (lower.x0, lower.x1)
+    assert upper.height == pytest.approx(lower.height)
+    ends = [axes.yaxis.label.get_window_extent().x1 for axes in panels[:, 0]]
+    assert ends[0] == pytest.approx(ends[1], abs=0.5)
+
+
+SIZE = (4.0, 3.0)
+
+
+@pytest.fixture
+def paper() -> Paper:
+    """A panel of 4 by 3 inches, from 0 to 4 and from 0 to 30."""
+    with style():
+        axes: Axes = blank(1)[1][0, 0]
+        axes.set(xlim=(0.0, 4.0), ylim=(0.0, 30.0))
+        return Paper(axes, SIZE)
+
+
+def only(paper: Paper) -> tuple[str, float, float, float]:
+    """The one name that is written: where [in], and at which angle."""
+    (text,) = paper.axes.texts
+    x, y = np.array(text.get_position()) * SIZE
+    return text.get_text(), x, y, text.get_rotation()
+
+
+@pytest.mark.parametrize(("ends", "angle"), [((5.0, 25.0), 26.57), ((25.0, 5.0), -26.57), ((15.0, 15.0), 0.0)])
+def test_a_name_along_a_curve_has_its_slope_and_stands_beside_its_middle(paper, ends, angle) -> None:
+    line = np.array([[0.0, ends[0]], [4.0, ends[1]]])
+    paper.draw(line)
+    cloud = np.concatenate(paper.solid)
+    assert paper.write("fold of BT", paper.along(line, "fold of BT"))
+    text, x, y, turned = only(paper)
+    assert (text, turned % 360) == ("fold of BT", pytest.approx(angle % 360, abs=0.01))
+    off = np.hypot(*(cloud - (x, y)).T).min()
+    assert sheet().small / 144 < off < 0.25
+    assert abs(x - 2) < 0.25
+    assert not covered((x, y, np.radians(turned)), np.array([0.3, sheet().small / 144]), cloud)
+
+
+def test_a_name_goes_where_no_other_curve_is_and_has_no_place_where_they_are_all_over(paper) -> None:
+    line = np.array([[0.0, 15.0], [4.0, 15.0]])
+    paper.draw(line)
+    paper.draw([[2.0, 0.0], [2.0, 30.0]])
+    assert paper.write("period doubling", paper.along(line, "period doubling"))
+    assert abs(only(paper)[1] - 2) > 0.5
+    for x in np.arange(0.0, 4.0, 0.3):
+        paper.draw([[x, 0.0], [x, 30.0]])
+    assert not paper.write("fold of BBT", paper.along(line, "fold of BBT"))
+    assert not paper.write(
+        "too long a name for a short curve", paper.along([[1.0, 5.0], [1.2, 5.0]], "too long a name")
+    )
+
+
+def test_a_name_crosses_thin_lines_only_where_there_is_no_other_place(paper) -> None:
+    line = np.array([[0.0, 15.0], [4.0, 15.0]])
+    paper.draw(line)
+    for x in (1.8, 2.0, 2.2):
+        paper.draw([[x, 0.0], [x, 30.0]], thin=True)
+    assert paper.write("fold of BT", paper.along(line, "fold of BT"))
+    assert abs(only(paper)[1] - 2) > 0.5
+
+
+def test_a_design_point_has_its_name_and_each_margin_beside_its_bar(paper) -> None:
+    assert paper.mark((2.0, 20.0), [(3.0, 20.0), (2.0, 8.0)], ["+1 m", "−12°"], "design point")
+    places = {text.get_text(): np.array(text.get_position()) * SIZE for text in paper.axes.texts}
+    assert places["+1 m"] == pytest.approx((2.5, 2.0), abs=0.25)
+    assert places["+1 m"][1] > 2.0
+    assert places["−12°"][1] == pytest.approx(1.4, abs=0.1)
+    assert places["−12°"][0] < 2.0
+    assert np.hypot(*(places["design point"] - (2.0, 2.0))) < 0.8
+
+
+def test_the_parts_of_an_area_have_its_name_where_it_fits(paper) -> None:
+    area = np.zeros((100, 100), dtype=bool)
+    area[:40], area[60:], area[:5, :5] = True, True, False
+    assert paper.name(area, "BT")
+    assert sorted(round(text.get_position()[0], 1) for text in paper.axes.texts) == pytest.approx([0.2, 0.8], abs=0.11)
+    assert not paper.name(area[:, :3], "a long name for narrow cells")
+    paper.axes.texts[0].remove()
+    assert paper.name(area, "BBT", every=False)
+    assert [text.get_text() for text in paper.axes.texts].count("BBT") == 1
+
+
+def test_places_are_the_nearest_first() -> None:
+    at = np.array([2.0, 2.0])
+    (x, y, _), *_ = beside(at, np.array([3.0, 2.0]), "+1 m")
+    assert x == pytest.approx(2.5)
+    assert y > 2.0
+    apart = [np.hypot(x - 2.0, y - 2.0) for x, y, _ in around(at, "a")]
+    assert apart[0] < apart[-1]
+    assert degrees(next(iter(around(at, "a")))[2]) == 0

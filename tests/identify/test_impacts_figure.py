@@ -1,4 +1,4 @@
-"""The figure of an identification: errors of the times by membrane with their band, or impacts where nothing fits."""
+"""The figures of an identification: errors of the times by membrane, or impacts where nothing fits; what was picked."""
 
 from __future__ import annotations
 
@@ -6,17 +6,23 @@ from types import SimpleNamespace as Thing
 
 import numpy as np
 import pytest
+from conftest import EXAMPLES
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
+from vireport import load
 from vireport.identify import impacts_figure as impacts
 from vireport.identify.impacts_figure import figure_errors, figure_phases, impacts_picture
+from vireport.identify.record_figure import BOTTOM, TOP, figure_record
 from vireport.measurement.flights import MeasuredImpacts
 from vireport.measurement.identification import Fitted, NoFit, Unfit
-from vireport.measurement.inquiry import Identification, Inquiry
+from vireport.measurement.inquiry import Identification, Inquiry, inquiry_of
 from vireport.measurement.misfit import Misfit
+from vireport.measurement.picking import filtered
 from vireport.measurement.records import Record
 from vireport.measurement.screening import Screened
+from vireport.measurement.signals import read_signals
 
 COUNT, ORIGIN, ERROR = 40, 0.2, 1e-4
 KEPT = np.delete(np.arange(COUNT), 7)
@@ -82,3 +88,38 @@ def test_it_is_told_by_what_it_shows() -> None:
     assert without.title == "Impacts within the period of the force"
     assert without.caption.startswith("All 40 impacts of taps.csv, as measured. ")
     assert "40 impacts" in without.alt
+
+
+LOOKS = {1.0: BOTTOM, -1.0: TOP}
+
+
+def test_every_impact_stands_at_its_time_phase_and_height() -> None:
+    signals = read_signals(
+        str(EXAMPLES / "records/prototype.wav"), inquiry_of(load(EXAMPLES / "measured.yaml").scenario, [], False)
+    )
+    own, shaker = signals.picked, signals.shaker
+    stretch, beginnings, acceleration, raster = figure_record(signals).axes[-4:]
+    stretch, raster, beginnings, acceleration = sorted(
+        (stretch, raster, beginnings, acceleration), key=lambda axes: axes.get_title(loc="left")
+    )
+    for wall, look in LOOKS.items():
+        (line,) = [line for line in raster.lines if to_hex(line.get_color()).upper() == look["color"]]
+        mine = own.walls == wall
+        phases = (own.times[mine] - shaker.maximum_s) * own.frequency_hz % 1
+        np.testing.assert_allclose(line.get_xydata(), np.column_stack([own.times[mine], phases]), atol=1e-12)
+    (heard,) = own.heard
+    signal = filtered(own.recording, heard.channel, own.frequency_hz)
+    levels = [line.get_ydata()[0] for line in stretch.lines if len(set(line.get_ydata())) == 1]
+    assert sorted(levels)[:: len(levels) - 1] == pytest.approx([-heard.least, heard.least])
+    low, high = stretch.get_xlim()
+    assert high - low == pytest.approx(4 / own.frequency_hz)
+    drawn = stretch.lines[0].get_xydata()
+    rows = np.round(drawn[:, 0] / own.recording.step_s).astype(int)
+    np.testing.assert_allclose(drawn[:, 1], signal[rows])
+    for line in beginnings.lines[:-1]:
+        after = line.get_xydata()[line.get_xdata() > 0]
+        assert 0.5 < np.abs(after[:, 1]).max() < 2.0
+    assert acceleration.get_ylabel() == "acceleration [m/s²]"
+    fitted = acceleration.lines[1].get_xydata()
+    expected = shaker.amplitude * np.cos(2 * np.pi * fitted[:, 0])
+    np.testing.assert_allclose(fitted[:, 1], expected, atol=0.02)

@@ -1,4 +1,4 @@
-"""Values set over those of a file: each where it belongs, by the same rules, its mistakes under its name."""
+"""Values set over those of a file: each where it belongs, by the same rules, mistakes under its name; its print."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from bad_scenarios import GOOD, MINIMAL
 from vireport.base.errors import ScenarioError
 from vireport.scenario.blocks import to_dict
 from vireport.scenario.loading import loads
+from vireport.scenario.parameters import DesignInput, Named
+from vireport.text.formatting import ROUGHLY
 
 
 def value_at(tree, path):
@@ -111,3 +113,29 @@ def test_mistakes_in_file_and_overrides_are_named_together():
 
 def test_an_override_mends_a_value_of_the_file():
     assert loads(GOOD.replace(" 45", " 45°"), overrides=["inclination_deg=45"]).scenario.inclination_deg == 45
+
+
+LENGTH, INCLINATION, RESTITUTION = DesignInput.LENGTH, DesignInput.INCLINATION, DesignInput.RESTITUTION
+
+
+@pytest.mark.parametrize(
+    ("varied", "label", "head"),
+    [
+        (LENGTH, "length s [m]", "length [m]"),
+        (INCLINATION, "inclination β [°]", "inclination [°]"),
+        (RESTITUTION, "restitution r [–]", "restitution"),
+    ],
+)
+def test_an_axis_has_symbol_and_unit_and_a_column_the_unit(varied: Named, label: str, head: str) -> None:
+    assert (varied.label, varied.head) == (label, head)
+
+
+def test_a_place_is_stated_or_of_a_model() -> None:
+    assert LENGTH.place(0.123456) == "s = 0.123456 m"
+    assert LENGTH.place(0.123456, ROUGHLY) == "s = 0.12 m"
+    assert INCLINATION.place(0.0) == "β = 0°"
+
+
+@pytest.mark.parametrize(("distance", "text"), [(0.0123, "+0.012 m"), (-0.0123, "−0.012 m"), (0.0, "0 m")])
+def test_a_distance_has_its_sign(distance: float, text: str) -> None:
+    assert LENGTH.signed(distance, ROUGHLY) == text

@@ -1,15 +1,20 @@
-"""Numbers in print: what is shown is the number to its digits, and never 0, 1 or 100 % by rounding."""
+"""Numbers, bounds and tables in print: what is shown is the number to its digits; text of others gives no commands."""
 
 from __future__ import annotations
 
+import os
 from decimal import Decimal
 from itertools import combinations
 from math import log10
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from vireport.scenario.blocks import is_printable
+from vireport.text.enclosed import plus_minus
+from vireport.text.foreign import inert_cell, visible, without_joins
 from vireport.text.formatting import (
     ABSENT,
     MINUS,
@@ -25,6 +30,7 @@ from vireport.text.formatting import (
     rounded_text,
     words,
 )
+from vireport.text.tables import LINE, Column, Table, broken, markdown_text, numbers, plain_table, plain_text, texts
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e300, max_value=1e300)
 NONZERO = FINITE.filter(lambda value: abs(value) > 1e-300)
@@ -179,3 +185,92 @@ def test_words_set_our_messages_and_leave_keys_alone() -> None:
     )
     assert words("Eqs. (5.3)-(5.5), 1:1") == "Eqs. (5.3)-(5.5), 1:1"
     assert words("alphabeta deltas") == "alphabeta deltas"
+
+
+def test_plus_minus_holds_its_bounds() -> None:
+    rng = np.random.default_rng(8)
+    for low, width in zip(rng.integers(-(10**9), 10**9, 50), rng.integers(1, 10**4, 50), strict=True):
+        pair = (f"{Decimal(int(low)).scaleb(-12)}", f"{Decimal(int(low + width)).scaleb(-12)}")
+        middle, off = map(Decimal, plus_minus(pair).split(" ± "))
+        assert middle - off <= Decimal(pair[0])
+        assert middle + off >= Decimal(pair[1])
+
+
+TABLE = Table(
+    "Motions", (*texts("Name"), *numbers("Ż [y_c]")), (("B1 | G1", "−0.5"), ("C1", "1 × 10⁻⁶")), "Velocities."
+)
+
+
+def test_columns_are_aligned_by_their_kind() -> None:
+    assert plain_table(TABLE).splitlines() == ["Name       Ż [y_c]", "B1 | G1       −0.5", "C1        1 × 10⁻⁶"]
+
+
+def test_a_cell_is_broken_at_the_width_of_its_column_but_not_at_a_minus() -> None:
+    table = Table("", (Column("a", width=9), Column("b")), (("below 1e-12 or 1e-9", "x"),))
+    assert plain_table(table).splitlines() == ["a         b", "below     x", "1e-12 or", "1e-9"]
+
+
+def test_a_table_without_rows_has_its_head() -> None:
+    empty = Table("", texts("a", "b"), ())
+    assert plain_table(empty) == "a    b"
+
+
+def test_text_has_paragraphs_captions_and_notes() -> None:
+    text = plain_text(("word " * 40, TABLE))
+    assert max(map(len, text.splitlines())) <= 110
+    assert "\n\nMotions\nName" in text
+    assert text.endswith("\nVelocities.")
+
+
+def test_no_line_of_a_paragraph_begins_with_a_unit() -> None:
+    for start in range(LINE):
+        lines = broken(f"{'x' * start} margin 4.7 % in frequency, 42.84 kV").splitlines()
+        assert not [line for line in lines if line.startswith(("%", "kV"))]
+
+
+ANY = st.text(st.characters(exclude_categories=()), max_size=60)
+
+
+@given(ANY, st.integers(4, 80))
+def test_it_is_one_printable_line(text: str, most: int) -> None:
+    shown = visible(text, most)
+    assert without_joins(shown).isprintable()
+    assert "::" not in shown
+    assert "##[" not in shown
+    assert len(shown) <= 10 * most  # an escape has up to ten characters
+    shown.encode()
+
+
+@given(st.text(st.characters(categories=("L", "N"), max_codepoint=0x2FF), max_size=30))
+def test_what_is_harmless_stays_as_it_is(text: str) -> None:
+    assert visible(text) == text
+
+
+def test_bytes_of_a_name_are_told_from_one_another() -> None:
+    assert visible(os.fsdecode(b"\xff\xfe.yaml")) == r"\xff\xfe.yaml"
+
+
+def test_nothing_is_executed_called_or_linked() -> None:
+    assert [inert_cell(text)[0] for text in ("=1+1", "+1", "-1", "@SUM(1)", "\tx", "\rx")] == ["'"] * 6
+    for text, active in (("@octocat", "@o"), ("http://x.org", "http://"), ("www.x.org", "www."), ("#12", "#1")):
+        assert active not in markdown_text(text)
+        assert markdown_text(text).replace("\u2060", "") == text
+    assert markdown_text("a@b.org") != "a@b.org"
+    assert "\n" not in markdown_text("a\n# b")
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("5\u00a0mm", True),
+        ("\U0001f469\u200d\U0001f52c", True),
+        ("\u2764\ufe0f\u200d\U0001f525", True),
+        ("a\u200db", False),
+        ("\u200d", False),
+        ("\u202ea", False),
+        ("a\u200b", False),
+    ],
+)
+def test_what_joins_words_or_pictographs_is_shown_as_it_is(text: str, shown: bool) -> None:
+    assert (visible(text) == text) is shown
+    assert is_printable(text) is shown

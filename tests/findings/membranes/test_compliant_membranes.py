@@ -27,7 +27,7 @@ from vireport.physics.energy import Membrane
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import BOTTOM
-from vireport.study.plan import Task
+from vireport.study.plan import ALL_FORMATS, Task, plan
 from vireport.text.tables import plain_text
 
 ALL = len(SUBSTEPS)
@@ -266,3 +266,22 @@ def test_figure_and_words_tell_of_failures_and_rates(effects) -> None:
     ladder = tables["Distance from the rigid model"]
     assert ladder.rows[-1][-1] == "−0.278"
     assert any("overflow" in cell for row in tables["Error at the end of the period"].rows for cell in row)
+
+
+SCENARIO = """\
+schema_version: 1
+device: {capsule_mass_kg: 0.1, ball_mass_kg: 0.004, restitution: 0.5, length_m: 0.7}
+excitation: {amplitude_n: 3, frequency_hz: 2}
+inclination_deg: 45
+accuracy: {}
+"""
+
+
+def test_the_step_of_an_addition_is_known_by_its_name_running_or_left_out() -> None:
+    with_ball = plan(loads(SCENARIO).scenario, ALL_FORMATS)
+    without = plan(loads(SCENARIO.replace("ball_mass_kg: 0.004, ", "")).scenario, ALL_FORMATS)
+    running = with_ball.running("compliant")
+    assert running is not None
+    assert running.what == "the motion with compliant membranes, and solvers on stiff ones"
+    assert (with_ball.reason("compliant"), without.running("compliant")) == (None, None)
+    assert without.reason("compliant") == "device.ball_mass_kg is not given"
