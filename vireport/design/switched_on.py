@@ -130,8 +130,6 @@ def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tup
     """The stable motions that some starts come to; without the compiler the first that is found."""
     if solution.device.rubs:
         return ()
-    from vireport.design.switched_on import cycles_by_starts
-
     motions: list[FollowedMotion] = []
     for cycle in cycles_by_starts(groups, compiled):
         motion = cycle.motion(0.0)
