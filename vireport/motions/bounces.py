@@ -51,7 +51,7 @@ STEPPED = _Stepped(np)
 
 
 class Passed(Struct, frozen=True):
-    """Impulse I and path P of the force over its amplitude, combined for both impacts of a motion.
+    """What the force does between the impacts of a motion: its impulse I and path P over its amplitude.
 
     Attributes
     ----------
@@ -69,6 +69,16 @@ class Passed(Struct, frozen=True):
     difference: Any
     path: Any
     per_u: Any
+
+    @property
+    def at_bottom(self) -> Any:
+        """I_b/pi."""
+        return (self.impulses - self.difference) / 2
+
+    @property
+    def at_top(self) -> Any:
+        """I_t/pi."""
+        return (self.impulses + self.difference) / 2
 
 
 class Bounces(ContourPlane, frozen=True, eq=False):
@@ -112,20 +122,16 @@ class Bounces(ContourPlane, frozen=True, eq=False):
     def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
         """The height above the level at places of one shape.
 
-        Notes
-        -----
-        A place fixes both flights but for the restitutions: with the velocities w before and a after an impact, and
-        the flight times Tu and Td, the motion has r_b = -a_b/w_b and r_t = -a_t/w_t. In a sweep over the restitution of
-        one membrane, that of the other, r, is the device's: a + r w = 0 at it. In a sweep over both, their difference
-        is. The height is that condition times Tu Td or its square: a polynomial in the velocities, without a pole.
-
-        For a horizontal capsule with mirror images u, whose zeros are the symmetric motions, is divided out and,
-        without friction, the velocity that is zero for r = -1.
+        Invariant: it is the condition of the sweep, of the velocities that the flights of a place have, times Tu Td for
+        one restitution, (Tu Td)^2 for both: a polynomial in I, P and the times, without a pole at Tu = 0 or Td = 0.
+        Where motions have mirror images it is that over u, whose zeros are the symmetric motions. For a horizontal
+        capsule with membranes that are alike and no friction it is that over (w_t - a_t) Tu Td too, the factor that is
+        zero for r = -1.
         """
         passed = self._passed(u, phi, ops, self.mirrors)
-        if self.level.varied is Parameter.RESTITUTION:
-            return self._above_difference(u, passed)
-        return self._above_other(u, passed)
+        if self.level.varied is not Parameter.RESTITUTION:
+            return self._above_other(u, passed)
+        return self._above_difference_over_u(u, passed) if self.mirrors else self._above_difference(u, passed)
 
     def _times(self, u: Any) -> tuple[Any, Any]:
         """The flight times Tu and Td at q = 1/2 + u."""
@@ -136,46 +142,62 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
         reach, both = self.level.d + passed.path, up * down
         if self.level.varied is Parameter.RESTITUTION_BOTTOM:
-            at_top = (passed.impulses + passed.difference) / 2
-            return reach * (up - top * down) + both * (top * of_up * up / 2 - of_down * down / 2 + (1 + top) * at_top)
-        at_bottom = (passed.impulses - passed.difference) / 2
-        pulled = bottom * of_down * down / 2 - of_up * up / 2 + (1 + bottom) * at_bottom
+            pulled = top * of_up * up / 2 - of_down * down / 2 + (1 + top) * passed.at_top
+            return reach * (up - top * down) + both * pulled
+        pulled = bottom * of_down * down / 2 - of_up * up / 2 + (1 + bottom) * passed.at_bottom
         return reach * (bottom * up - down) + both * pulled
 
-    def _above_difference(self, u: Any, passed: Passed) -> Any:
-        """The height in a sweep over both restitutions: (a_b w_t - a_t w_b + D w_b w_t) (Tu Td)^2, D = r_b - r_t.
+    # In a sweep over both restitutions, with S = a_b + a_t and J = (I_t - I_b)/pi: a flight adds its gravity and its
+    # impulse to the velocity, w_t = a_b + g_u Tu + J and w_b = a_t + g_d Td - J. Put into a_b w_t - a_t w_b, that is
+    #     S (a_b - a_t + J) + g_u a_b Tu - g_d a_t Td.
+    # For a nearly horizontal capsule S and g are as small as u and gbar. As a difference of products the height would
+    # lose these digits; here every sum of large terms that cancel is taken from formulae in which they have.
 
-        Notes
-        -----
-        With S = a_b + a_t it is S (a_b - a_t + I_t - I_b) + g_u a_b Tu - g_d a_t Td + D w_b w_t. For a nearly
-        horizontal capsule S is as small as u and gbar are: in this form its digits are kept.
-        """
+    def _above_difference(self, u: Any, passed: Passed) -> Any:
+        """The height in a sweep over both restitutions: (a_b w_t - a_t w_b + D w_b w_t) (Tu Td)^2, D = r_b - r_t."""
         (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
-        divided, gbar, period = passed.per_u is not None, self.level.value, 2 * self.n
-        reach, both, rubbed = self.level.d + passed.path, up * down, (of_up - of_down) / 2
-        at_bottom, at_top = (passed.impulses - passed.difference) / 2, (passed.impulses + passed.difference) / 2
-        after_bottom = at_bottom * up - reach - of_up * up * up / 2  # a_b Tu
-        after_top = at_top * down + reach - of_down * down * down / 2  # a_t Td
-        parted = after_bottom * down - after_top * up + passed.difference * both  # (a_b - a_t + I_t - I_b) Tu Td
-        # S Tu Td, over u where that is divided out.
-        if divided:
-            total = 2 * period * reach + both * (passed.per_u - period * rubbed)
-        else:
-            total = 2 * period * u * reach + both * (passed.impulses - period * (gbar / 2 + rubbed * u))
+        gbar, period, rubbed = self.level.value, 2 * self.n, (of_up - of_down) / 2
+        reach, both = self.level.d + passed.path, up * down
+        # S Tu Td: of a_b Tu Td and a_t Td Tu the distance and the gravity cancel but for u.
+        total = 2 * period * u * reach + both * (passed.impulses - period * (gbar / 2 + rubbed * u))
         if self.level.horizontal and self.level.friction is None and bottom is top:
             return total
-        if divided:
-            turned = period * (passed.per_u / 2 - passed.difference - period * rubbed)
-            return total * parted + both * both * rubbed * turned
+        after_bottom, after_top = self._departures(u, passed)
         # a_b Tu + a_t Td, of which the large parts cancel where u and gbar are small.
         added = passed.impulses * self.n - period * u * (passed.difference + period * rubbed)
         added = added - gbar * (up * up + down * down) / 2
+        parted = after_bottom * down - after_top * up + passed.difference * both  # (a_b - a_t + J) Tu Td
+        # With friction f gravity is gbar + f up and gbar - f down.
         above = total * parted + both * both * (gbar * (after_bottom - after_top) + rubbed * added)
         if bottom is top:
             return above
         before_top, before_bottom = after_bottom + of_up * up * up, after_top + of_down * down * down
         before_top, before_bottom = before_top + passed.difference * up, before_bottom - passed.difference * down
         return above + (bottom - top) * both * before_bottom * before_top
+
+    def _above_difference_over_u(self, u: Any, passed: Passed) -> Any:
+        """The same over u where motions have mirror images: gbar and D are 0, and S and a_b Tu + a_t Td vanish with u.
+
+        `per_u` brings the quotient of the impulses, so that nothing is divided, and u = 0 is a place as any other.
+        """
+        (up, down), (of_up, of_down) = self._times(u), self._gravities
+        period, rubbed = 2 * self.n, (of_up - of_down) / 2
+        reach, both = self.level.d + passed.path, up * down
+        total = 2 * period * reach + both * (passed.per_u - period * rubbed)  # S Tu Td / u
+        if self.level.friction is None:
+            return total
+        after_bottom, after_top = self._departures(u, passed)
+        parted = after_bottom * down - after_top * up + passed.difference * both
+        added = period * (passed.per_u / 2 - passed.difference - period * rubbed)  # (a_b Tu + a_t Td)/u
+        return total * parted + both * both * rubbed * added
+
+    def _departures(self, u: Any, passed: Passed) -> tuple[Any, Any]:
+        """The velocity after each impact times the flight that follows, a_b Tu and a_t Td."""
+        (up, down), (of_up, of_down), reach = self._times(u), self._gravities, self.level.d + passed.path
+        return (
+            passed.at_bottom * up - reach - of_up * up * up / 2,
+            passed.at_top * down + reach - of_down * down * down / 2,
+        )
 
     def _passed(self, u: Any, phi: Any, ops: Any, divided: bool = False) -> Passed:
         """Impulse and path of the force at both impacts; with `divided` also the sum of impulses over u."""
@@ -226,12 +248,12 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         passed = self._passed(u, phi, ops)
         up, down = self._times(u)
         reach, (of_up, of_down) = self.level.d + passed.path, self._gravities
-        at_bottom, at_top = (passed.impulses - passed.difference) / 2, (passed.impulses + passed.difference) / 2
-        after_bottom, before_top = at_bottom - reach / up - of_up * up / 2, at_top - reach / up + of_up * up / 2
-        after_top, before_bottom = (
-            at_top + reach / down - of_down * down / 2,
-            at_bottom + reach / down + of_down * down / 2,
+        after_bottom, before_top = (
+            passed.at_bottom - reach / up - of_up * up / 2,
+            passed.at_top - reach / up + of_up * up / 2,
         )
+        after_top = passed.at_top + reach / down - of_down * down / 2
+        before_bottom = passed.at_bottom + reach / down + of_down * down / 2
         zero = 0 * (u + phi)
         return Orbits(
             u=u,
