@@ -109,6 +109,25 @@ def test_derivatives_are_those_of_the_map_where_the_membrane_lets_go() -> None:
     assert jacobian == pytest.approx(np.stack([faster, later], axis=1) / (2 * step), abs=1e-6)
 
 
+def test_derivatives_of_contacts_are_those_of_the_numbers_that_the_same_steps_give() -> None:
+    """By central differences; of random contacts, from which the membrane lets the ball go early, or does not."""
+    rng, let_go = np.random.default_rng(8), 0
+    for _ in range(20):
+        model, wall, velocity, phase = random_contact(solved("inclined"), rng)
+        (end, jacobian), step, columns = bounce(model, wall, velocity, phase, ALL), 1e-3, []
+
+        def ends(speed: float, angle: float, model=model, wall=wall) -> np.ndarray:
+            after, _ = bounce(model, wall, speed, angle, ALL)
+            return np.array([after.leaving, angle + np.pi * after.duration])
+
+        for speed, angle in ((step, 0.0), (0.0, step)):
+            after, before = (ends(velocity + sign * speed, phase + sign * angle) for sign in (1, -1))
+            columns.append((after - before) / (2 * step))
+        assert jacobian == pytest.approx(np.stack(columns, axis=1), abs=1e-6 * np.abs(jacobian).max())
+        let_go += abs(end.leaving) > abs(velocity) * model.restitution_at(wall)
+    assert 3 < let_go < 17
+
+
 def test_a_force_with_harmonics_drives_contacts_and_flights() -> None:
     """The return map and its derivatives against the adaptive integration, and rigid membranes as the limit."""
     harmonics = (Harmonic.of(2, 5.0, 45.0), Harmonic.of(5, 20.0, 300.0))

@@ -13,12 +13,14 @@ coefficients, so that one line of code differentiates by both.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from abc import abstractmethod
+from collections.abc import Sequence
 from functools import lru_cache
 from math import ceil, cos, pi, prod, sin
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
@@ -56,12 +58,6 @@ MOST_SWITCHES = 4
 
 State = tuple[float, float, complex, complex]
 """Two unknowns a and b of a leg, and their derivatives d_a and d_b by the touch."""
-
-Rates = Callable[[float, float, float, complex, complex], State]
-"""Derivatives of a state by the variable w of a leg, as a function of w and of the state."""
-
-Acceleration = Callable[..., tuple[float, float, float, float]]
-"""(phase, depth, velocity, whether the membrane pushes) -> the acceleration, and its derivatives by these numbers."""
 
 STAYS = "the ball stays on the membrane instead of bouncing"
 """Why a contact has no end: it is pressed onto the membrane."""
@@ -148,30 +144,27 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     if not wall * velocity > 0:
         raise NumericalError("the ball must strike a membrane with a velocity towards it")
     units = contact_units(model, wall, velocity)
-    acceleration, turning = _acceleration(model, units), pi * units.time
-    # First leg: from the touch, where d_phase = i and d_v = 1, to the depth `LOADED`. The units, though chosen by the
-    # velocity, are constants to the derivatives; the damping, as 1/velocity, is not: `d_v - v / speed` is the
-    # velocity's derivative as the damping force feels it.
+    contact, turning = _Contact.of(model, units), pi * units.time
+    # First leg: from the touch, where d_phase = i and d_v = 1, to the depth `LOADED`.
     touch = phase, units.speed, 1j, 1 + 0j
-    loaded, fast, d_loaded, d_fast = _extrapolated(_to_depth(acceleration, units), 0.0, 1.0, touch, columns)
+    loaded, fast, d_loaded, d_fast = _extrapolated(_ToDepth(contact), 0.0, 1.0, touch, columns)
     # Second leg: to the deepest point. The depth that it begins at is the same for all touches: its derivative is 0.
-    stopping = _to_rest(acceleration, units, fast, d_fast)
+    stopping = _ToRest(contact, fast, d_fast)
     stopped, deepest, d_stopped, d_deepest = _extrapolated(stopping, 0.0, 1.0, (loaded, LOADED, d_loaded, 0j), columns)
     # Third leg: outwards for a time. The damping, D -> 1/r, brings the ball to a terminal velocity in ever shorter a
     # time: unsplit, this leg is wrong by 2e-7 for r = 0.5, by 6 % for r = 0.2.
     span, start = UNLOADED * (1 - (stopped - phase) / turning), (deepest, 0.0, d_deepest, 0j)
     parts = ceil(1 / model.restitution_at(wall))
     while True:
-        outwards = _OutwardLeg(_for_a_time(acceleration, units, (stopped, d_stopped), span), units.damping, columns)
-        (end, v, d_end, d_v), pushed = outwards.integrated(start, True, parts)
+        outwards = _ForATime(contact, True, stopped, d_stopped, span)
+        (end, v, d_end, d_v), pushed = _moved_out(outwards, start, columns, parts)
         if end > 0:
             break
         # The other forces have pulled the ball off the membrane before: the last leg must begin on it.
         span /= 2
     # Last leg: to the surface, which makes phase and velocity there the unknowns.
     start = stopped + span * turning, v, d_stopped, d_v
-    unloading = _OutwardLeg(_to_surface(acceleration, units, end, d_end), units.damping, columns)
-    (last, v, d_last, d_v), _ = unloading.integrated(start, pushed)
+    (last, v, d_last, d_v), _ = _moved_out(_ToSurface(contact, pushed, end, d_end), start, columns)
     # Back from the units of the contact, in which towards the membrane is positive on either wall.
     unit = units.depth / units.time
     jacobian = np.array([[d_v.real, wall * unit * d_v.imag], [wall * d_last.real / unit, d_last.imag]])
@@ -179,191 +172,215 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     return Bounce(wall, velocity, phase % (2 * pi), duration, leaving, deepest * units.depth), jacobian
 
 
+class _Contact(Struct, frozen=True, eq=False):
+    """What accelerates the ball in a contact, y'' = p (gbar + force) - k y^h (1 + D v), in the units of the contact.
+
+    Attributes
+    ----------
+    turning : float
+        Forcing phase per unit of time [rad].
+    touched : float
+        Velocity at the touch.
+    pull, gbar, harmonics
+        p, positive towards the membrane, and what it is the factor of.
+    spring, exponent, damping : float
+        k, h and D.
+    """
+
+    turning: float
+    touched: float
+    pull: float
+    gbar: float
+    harmonics: tuple[Harmonic, ...]
+    spring: float
+    exponent: float
+    damping: float
+
+    @classmethod
+    def of(cls, model: CompliantModel, units: ContactUnits) -> _Contact:
+        """The contact of a model that has these units."""
+        forces = units.pull, model.gbar, model.harmonics, units.spring, model.membrane.exponent, units.damping
+        return cls(pi * units.time, units.speed, *forces)
+
+    def acceleration(self, phase: float, y: float, v: float, pushed: bool = True) -> tuple[float, float, float, float]:
+        """The acceleration of a ball that is pushed, or is not, and its derivatives by phase, depth and velocity."""
+        if self.harmonics:
+            at = sin(phase), cos(phase), self.harmonics
+            a, by_phase = self.pull * (self.gbar + wave(*at).force), self.pull * force_rate(*at)
+        else:
+            a, by_phase = self.pull * (self.gbar + cos(phase)), -self.pull * sin(phase)
+        # At the surface, which rounding may miss to either side, the derivative would divide by the depth.
+        if not (pushed and y > 0):
+            return a, by_phase, 0.0, 0.0
+        resisting, force = 1 + self.damping * v, self.spring * y**self.exponent
+        return a - force * resisting, by_phase, -self.exponent * force * resisting / y, -force * self.damping
+
+    def d_felt(self, v: float, d_v: complex) -> complex:
+        """The derivative of the velocity as the damping force feels it.
+
+        The units, though chosen by the velocity of the touch, are constants to the derivatives; the damping D, as the
+        inverse of that velocity, is not: the force is one of D v, and D (d_v - v/v_touch) is the derivative of that.
+        """
+        return d_v - v / self.touched
+
+
 # Each leg has a variable w from 0 to 1 in which its end is known beforehand. Of (phase, depth y, velocity v) one is a
 # function of w, and the other two are the unknowns. With T the unit of time and a the acceleration, phase' = pi T,
 # y' = v and v' = a, divided by the rate of w; each line with d_ is the derivative of the line before it.
 
 
-def _acceleration(model: CompliantModel, units: ContactUnits) -> Acceleration:
-    """The acceleration during a contact, y'' = p (gbar + force) - k y^h (1 + D v), in the units of the contact."""
-    h, gbar, harmonics = model.membrane.exponent, model.gbar, model.harmonics
-    spring, damping, pull = units.spring, units.damping, units.pull
+class _Leg(Struct, frozen=True, eq=False):
+    """A part of a contact, by the derivatives of its two unknowns."""
 
-    def acceleration(phase: float, y: float, v: float, pushed: bool = True) -> tuple[float, float, float, float]:
-        a, by_phase = pull * (gbar + cos(phase)), -pull * sin(phase)
-        if harmonics:
-            at = sin(phase), cos(phase), harmonics
-            a, by_phase = pull * (gbar + wave(*at).force), pull * force_rate(*at)
-        # At the surface, which rounding may miss to either side, the derivative would divide by the depth.
-        if not (pushed and y > 0):
-            return a, by_phase, 0.0, 0.0
-        resisting, force = 1 + damping * v, spring * y**h
-        return a - force * resisting, by_phase, -h * force * resisting / y, -force * damping
+    contact: _Contact
 
-    return acceleration
+    @abstractmethod
+    def rates(self, w: float, a: float, b: float, d_a: complex, d_b: complex) -> State:
+        """Derivatives of a state by w."""
 
 
-def _to_depth(acceleration: Acceleration, units: ContactUnits) -> Rates:
-    """The leg from the touch to the depth `LOADED`, which is `LOADED` w^2: its unknowns are phase and v.
+class _ToDepth(_Leg, frozen=True, eq=False):
+    """From the touch to the depth `LOADED`, which is `LOADED` w^2: the unknowns are phase and v.
 
     In w, the root of the depth, y^h is smooth for any exponent; the ball moves in all the time.
     """
-    turning, speed = pi * units.time, units.speed
 
-    def rates(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
+    def rates(self, w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
         if not v > 0:
             raise NumericalError(STAYS)
+        contact = self.contact
         rate = 2 * LOADED * w / v
         d_rate = -rate / v * d_v
-        a, by_phase, _, by_velocity = acceleration(phase, LOADED * w * w, v)
-        d_a = by_phase * d_phase + by_velocity * (d_v - v / speed)
-        return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
-
-    return rates
+        a, by_phase, _, by_velocity = contact.acceleration(phase, LOADED * w * w, v)
+        d_a = by_phase * d_phase + by_velocity * contact.d_felt(v, d_v)
+        return contact.turning * rate, rate * a, contact.turning * d_rate, d_rate * a + rate * d_a
 
 
-def _to_rest(acceleration: Acceleration, units: ContactUnits, fast: float, d_fast: complex) -> Rates:
-    """The leg to the deepest point, by the velocity `fast` (1 - w): its unknowns are phase and y.
+class _ToRest(_Leg, frozen=True, eq=False):
+    """To the deepest point, by the velocity `fast` (1 - w): the unknowns are phase and y.
 
-    The ball is slowed all the time, so that the velocity says where it is.
+    The ball is slowed all the time, so that the velocity says where it is. By it the end is w = 1 for every touch; in
+    time it would have to be searched for.
     """
-    turning, speed = pi * units.time, units.speed
 
-    # By the velocity the end is w = 1 for every touch; in time it would have to be searched for.
-    def rates(w: float, phase: float, y: float, d_phase: complex, d_y: complex) -> State:
-        v, d_v = fast * (1 - w), d_fast * (1 - w)
-        a, by_phase, by_depth, by_velocity = acceleration(phase, y, v)
+    fast: float
+    d_fast: complex
+
+    def rates(self, w: float, phase: float, y: float, d_phase: complex, d_y: complex) -> State:
+        contact, v, d_v = self.contact, self.fast * (1 - w), self.d_fast * (1 - w)
+        a, by_phase, by_depth, by_velocity = contact.acceleration(phase, y, v)
         if not a < 0:
             raise NumericalError(STAYS)
-        rate = -fast / a
-        d_a = by_phase * d_phase + by_depth * d_y + by_velocity * (d_v - v / speed)
-        d_rate = -(d_fast + rate * d_a) / a
-        return turning * rate, rate * v, turning * d_rate, d_rate * v + rate * d_v
-
-    return rates
+        rate = -self.fast / a
+        d_a = by_phase * d_phase + by_depth * d_y + by_velocity * contact.d_felt(v, d_v)
+        d_rate = -(self.d_fast + rate * d_a) / a
+        return contact.turning * rate, rate * v, contact.turning * d_rate, d_rate * v + rate * d_v
 
 
-def _for_a_time(
-    acceleration: Acceleration, units: ContactUnits, stop: tuple[float, complex], span: float
-) -> Callable[[bool], Rates]:
-    """The leg that begins at rest and takes `span` units of time: its unknowns are y and v.
-
-    `stop` is the phase at its beginning with its derivatives. See `_OutwardLeg` for what is returned.
-    """
-    (stopped, d_stopped), turned, speed = stop, span * (pi * units.time), units.speed
-
-    def rates_if(pushed: bool) -> Rates:
-        def rates(w: float, y: float, v: float, d_y: complex, d_v: complex) -> State:
-            a, by_phase, by_depth, by_velocity = acceleration(stopped + turned * w, y, v, pushed)
-            d_a = by_phase * d_stopped + by_depth * d_y + by_velocity * (d_v - v / speed)
-            return span * v, span * a, span * d_v, span * d_a
-
-        return rates
-
-    return rates_if
-
-
-def _to_surface(
-    acceleration: Acceleration, units: ContactUnits, depth: float, d_depth: complex
-) -> Callable[[bool], Rates]:
-    """The leg from a depth to the surface, on which it is `depth` (1 - w)^2: its unknowns are phase and v.
-
-    See `_OutwardLeg` for what is returned.
-    """
-    turning, speed = pi * units.time, units.speed
-
-    def rates_if(pushed: bool) -> Rates:
-        def rates(w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
-            if not v < 0:
-                raise NumericalError(STAYS)
-            left = 1 - w
-            rate = -2 * depth * left / v
-            d_rate = -(2 * left * d_depth + rate * d_v) / v
-            a, by_phase, by_depth, by_velocity = acceleration(phase, depth * left * left, v, pushed)
-            d_a = by_phase * d_phase + by_depth * left * left * d_depth + by_velocity * (d_v - v / speed)
-            return turning * rate, rate * a, turning * d_rate, d_rate * a + rate * d_a
-
-        return rates
-
-    return rates_if
-
-
-class _OutwardLeg(Struct, frozen=True, eq=False):
+class _OutwardLeg(_Leg, frozen=True, eq=False):
     """A leg on which the ball moves out, so that the membrane may stop pushing it, as it cannot pull.
 
-    It pushes while 1 + damping v > 0, v being the second unknown. The acceleration has a kink there, a switching
-    surface: it is integrated up to the kink and from there on, as no extrapolation converges across. The force is
-    continuous, so that the derivatives need no saltation matrix.
-
-    Attributes
-    ----------
-    rates_if : callable
-        The rates of the leg if the membrane pushes (True), or does not (False).
-    damping : float
-        D, in the units of the contact.
-    columns : int
-        How many of `SUBSTEPS` are extrapolated from.
+    `pushed` is whether it pushes, and v the second unknown.
     """
 
-    rates_if: Callable[[bool], Rates]
-    damping: float
-    columns: int
+    pushed: bool
 
-    def integrated(self, state: State, pushed: bool, parts: int = 1) -> tuple[State, bool]:
-        """The state at the end of the leg, and whether the membrane pushes the ball there.
 
-        Parameters
-        ----------
-        state : State
-            At its beginning.
-        pushed : bool
-            Whether the membrane pushes the ball there.
-        parts : int
-            Equal parts in which it is integrated.
+class _ForATime(_OutwardLeg, frozen=True, eq=False):
+    """From rest for a `span` of units of time, begun at the phase `stopped`: the unknowns are y and v."""
 
-        Raises
-        ------
-        NumericalError
-            If the force of the membrane ends and begins too often.
-        """
-        for part in range(parts):
-            start, end = part / parts, (part + 1) / parts
-            for _ in range(MOST_SWITCHES):
-                after = _extrapolated(self.rates_if(pushed), start, end - start, state, self.columns)
-                if (1 + self.damping * after[1] > 0) == pushed:
-                    break
-                start, state = self._switch(pushed, (start, end), state, after)
-                pushed = not pushed
-            else:
-                raise NumericalError("the ball leaves the membrane and meets it again before the contact ends")
-            state = after
-        return state, pushed
+    stopped: float
+    d_stopped: complex
+    span: float
 
-    def _switch(self, pushed: bool, bracket: tuple[float, float], state: State, after: State) -> tuple[float, State]:
-        """Place w within a bracket at which the force of the membrane ends, or begins again, and the state there.
+    def rates(self, w: float, y: float, v: float, d_y: complex, d_v: complex) -> State:
+        contact, span = self.contact, self.span
+        phase = self.stopped + span * contact.turning * w
+        a, by_phase, by_depth, by_velocity = contact.acceleration(phase, y, v, self.pushed)
+        d_a = by_phase * self.d_stopped + by_depth * d_y + by_velocity * contact.d_felt(v, d_v)
+        return span * v, span * a, span * d_v, span * d_a
 
-        `state` and `after` are those at the ends of the bracket, as if the force went on. By Newton's method kept
-        within the bracket. What is left of the error counts only squared, as the force vanishes.
-        """
-        rates, (start, end) = self.rates_if(pushed), bracket
-        low, high, w = start, end, end
-        for _ in range(MOST_CORRECTIONS):
-            resisting = 1 + self.damping * after[1]
-            if (resisting > 0) == pushed:
-                low = w
-            else:
-                high = w
-            slope = self.damping * rates(w, *after)[1]
-            before, w = w, w - resisting / slope if slope else high
-            if not low < w < high:
-                w = (low + high) / 2
-            after = _extrapolated(rates, start, w - start, state, self.columns)
-            if abs(w - before) < SWITCHED:
+
+class _ToSurface(_OutwardLeg, frozen=True, eq=False):
+    """From a `depth` to the surface, being at `depth` (1 - w)^2: the unknowns are phase and v."""
+
+    depth: float
+    d_depth: complex
+
+    def rates(self, w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
+        if not v < 0:
+            raise NumericalError(STAYS)
+        contact, left = self.contact, 1 - w
+        rate = -2 * self.depth * left / v
+        d_rate = -(2 * left * self.d_depth + rate * d_v) / v
+        a, by_phase, by_depth, by_velocity = contact.acceleration(phase, self.depth * left * left, v, self.pushed)
+        d_a = by_phase * d_phase + by_depth * left * left * self.d_depth + by_velocity * contact.d_felt(v, d_v)
+        return contact.turning * rate, rate * a, contact.turning * d_rate, d_rate * a + rate * d_a
+
+
+def _moved_out(leg: _OutwardLeg, state: State, columns: int, parts: int = 1) -> tuple[State, bool]:
+    """The state at the end of a leg, and whether the membrane pushes the ball there.
+
+    It pushes while 1 + D v > 0, v being the second unknown. The acceleration has a kink there, a switching surface: it
+    is integrated up to the kink and from there on, as no extrapolation converges across. The force is continuous, so
+    that the derivatives need no saltation matrix.
+
+    Parameters
+    ----------
+    leg : _OutwardLeg
+    state : State
+        At its beginning.
+    columns : int
+        How many of `SUBSTEPS` are extrapolated from.
+    parts : int
+        Equal parts in which it is integrated.
+
+    Raises
+    ------
+    NumericalError
+        If the force of the membrane ends and begins too often.
+    """
+    for part in range(parts):
+        start, end = part / parts, (part + 1) / parts
+        for _ in range(MOST_SWITCHES):
+            after = _extrapolated(leg, start, end - start, state, columns)
+            if (1 + leg.contact.damping * after[1] > 0) == leg.pushed:
                 break
-        return w, after
+            start, state = _switch(leg, (start, end), state, after, columns)
+            leg = replace(leg, pushed=not leg.pushed)
+        else:
+            raise NumericalError("the ball leaves the membrane and meets it again before the contact ends")
+        state = after
+    return state, leg.pushed
 
 
-def _extrapolated(rates: Rates, start: float, length: float, state: State, columns: int) -> State:
+def _switch(
+    leg: _OutwardLeg, bracket: tuple[float, float], state: State, after: State, columns: int
+) -> tuple[float, State]:
+    """Place w within a bracket at which the force of the membrane ends, or begins again, and the state there.
+
+    `state` and `after` are those at the ends of the bracket, as if the force went on. By Newton's method kept within
+    the bracket. What is left of the error counts only squared, as the force vanishes.
+    """
+    damping, (start, end) = leg.contact.damping, bracket
+    low, high, w = start, end, end
+    for _ in range(MOST_CORRECTIONS):
+        resisting = 1 + damping * after[1]
+        if (resisting > 0) == leg.pushed:
+            low = w
+        else:
+            high = w
+        slope = damping * leg.rates(w, *after)[1]
+        before, w = w, w - resisting / slope if slope else high
+        if not low < w < high:
+            w = (low + high) / 2
+        after = _extrapolated(leg, start, w - start, state, columns)
+        if abs(w - before) < SWITCHED:
+            break
+    return w, after
+
+
+def _extrapolated(leg: _Leg, start: float, length: float, state: State, columns: int) -> State:
     """The state at the end of a part of a leg, by the extrapolation of Gragg, Bulirsch and Stoer.
 
     The modified midpoint rule errs by even powers of the step only. The loop is written out for the four numbers of a
@@ -371,7 +388,7 @@ def _extrapolated(rates: Rates, start: float, length: float, state: State, colum
 
     Parameters
     ----------
-    rates : callable
+    leg : _Leg
     start, length : float
         Place w at which the part begins, and its length in w.
     state : State
@@ -379,7 +396,7 @@ def _extrapolated(rates: Rates, start: float, length: float, state: State, colum
     columns : int
         How many of `SUBSTEPS` are extrapolated from.
     """
-    a, b, d_a, d_b = state
+    rates, (a, b, d_a, d_b) = leg.rates, state
     ra, rb, d_ra, d_rb = rates(start, a, b, d_a, d_b)
     sum_a, sum_b, sum_d_a, sum_d_b = 0.0, 0.0, 0j, 0j
     for n, weight in _weights(columns):
