@@ -24,13 +24,13 @@ from vireport.motions.orbits import Orbits, orbits
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.optimise.problem import Problem, objectives
 from vireport.physics.affine import AFFINE, between
-from vireport.physics.device import RESTITUTIONS, Device
+from vireport.physics.device import RESTITUTIONS, Device, Shaker
 from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.numbers import ARRAYS
 from vireport.scenario.blocks import DesignPath, Objective
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.designs import DISPLACED, RINGS
-from vireport.study.judging.impacts import generated, impacts_of
+from vireport.study.judging.impacts import Impacts, generated, impacts_of
 from vireport.study.judging.requirements import OfShaker
 
 Floats = NDArray[np.float64]
@@ -62,9 +62,10 @@ SAMPLES = 6
 FIRST = 16
 """Boxes along each input at first."""
 
-AIM, ROUNDS, MOST_BOXES, LEAST_GAIN = 1e-3, 5, 40_000, 0.9
-"""Share of the best value up to which a box need not be cut further; the most rounds; the most boxes; share of what is
-above the best value that a round must leave less than, for another."""
+AIM, ROUNDS, MOST_BOXES, LEAST_GAIN = 1e-3, 5, 10_000, 0.9
+"""Share of the best value up to which a box need not be cut further; the most rounds; the most boxes into which those
+that are left are cut more than once; share of what is above the best value that a round must leave less than, for
+another."""
 
 TOGETHER, TELLING = 2, 2
 """Rounds in which one picture serves for all; in the others that many devices off by the margin, those that exclude
@@ -195,6 +196,34 @@ def _may_stay_between(orbit: Orbits, r: Any, n: int) -> Mask:
     return inside
 
 
+class _Bounded(Struct, frozen=True, eq=False):
+    """Boxes of designs, each with a bound.
+
+    Invariant: no design of a box that meets what is required has more of the objective than the box has as `most`.
+
+    Attributes
+    ----------
+    boxes : Boxes
+        Of k.
+    most : ndarray (k,)
+        -inf where no design of the box meets it.
+    excluded : ndarray of int
+        Boxes that each of the devices off by the margin has excluded.
+    """
+
+    boxes: Boxes
+    most: Floats
+    excluded: Ints
+
+    @property
+    def largest(self) -> float:
+        """What no design of any box exceeds."""
+        return float(self.most.max(initial=-np.inf))
+
+    def __getitem__(self, rows: Any) -> _Bounded:
+        return _Bounded(self.boxes[rows], self.most[rows], self.excluded)
+
+
 def largest_value(problem: Problem, best: float) -> float | None:
     """A value of the objective that no design in the ranges exceeds; None where none can be given.
 
@@ -202,8 +231,8 @@ def largest_value(problem: Problem, best: float) -> float | None:
     varies. Tolerances have no part in it, nor have margins in restitution or to one kind of critical point and the
     difference of the voltages: without them it can only be larger.
 
-    Invariant: no design exceeds the largest of `done`, which bounds the boxes that are cut no further, and of the
-    bounds of the boxes that are left.
+    Invariant: no design exceeds the larger of `done`, which bounds the boxes that are cut no further, and of the bounds
+    of the boxes that are `left`.
 
     Parameters
     ----------
@@ -217,42 +246,51 @@ def largest_value(problem: Problem, best: float) -> float | None:
         return None
     axes, done, above = len(problem.paths), best, np.inf
     boxes = Boxes.grid(*[np.linspace(0, 1, FIRST + 1)] * axes)
-    # A design with the margin has stable motion wherever one input is off by less: each such device that surely has
-    # none excludes the design. This needs pictures alone, no margins of boxes.
-    off = [(varied, 1 + sign * ring * problem.share) for ring in RINGS for varied, sign in DISPLACED if problem.share]
-    off = [change for change in off if change[0] not in RESTITUTIONS]
+    off = displaced(problem.share)
     for number in range(ROUNDS):
-        bound, excluded = _bounds(problem, boxes, off, together=number < TOGETHER)
+        bounded = _bounds(problem, boxes, off, together=number < TOGETHER)
         # Looking up every device costs a picture each. Those that excluded most in the round before do nearly all,
         # and leaving the others out can only make the bound larger.
-        off = [off[k] for k in sorted(excluded.argsort(kind="stable")[::-1][:TELLING])] if number else off
-        kept = bound > best * (1 + AIM)
+        order = bounded.excluded.argsort(kind="stable")[::-1]
+        off = [off[k] for k in sorted(order[:TELLING])] if number else off
+        goes_on = bounded.most > best * (1 + AIM)
         # The bound of a box that is cut no further still counts.
-        done = max(done, float(bound[~kept].max(initial=-np.inf)))
-        boxes, bound, before = boxes[kept], bound[kept], above
-        above = float(bound.max(initial=best)) - best
-        if not bound.size or above > LEAST_GAIN * before:
+        left, done, before = bounded[goes_on], max(done, bounded[~goes_on].largest), above
+        above = max(left.largest, best) - best
+        if not len(left.boxes) or above > LEAST_GAIN * before:
             break
-        while len(boxes) * 2**axes <= MOST_BOXES / 4 or len(boxes) == len(bound):
+        # On while the parts are few: to draw a picture takes 0.2 s, to look up ten thousand boxes in it 0.01 s.
+        boxes = left.boxes.cut()
+        while len(boxes) * 2**axes <= MOST_BOXES:
             boxes = boxes.cut()
-    most = max(done, float(bound.max(initial=-np.inf)))
+    most = max(done, left.largest)
     return most if np.isfinite(most) else None
 
 
+def displaced(share: float) -> list[tuple[DesignInput, float]]:
+    """Inputs but for restitutions, and factors by which they are off in devices that a margin of a share includes."""
+    # A design with the margin has stable motion wherever one input is off by less: each such device that surely has
+    # none excludes the design. This needs pictures alone, no margins of boxes.
+    inputs = [change for change in DISPLACED if change[0] not in RESTITUTIONS] if share else []
+    return [(varied, 1 + sign * ring * share) for ring in RINGS for varied, sign in inputs]
+
+
 class _Place(NamedTuple):
-    """Where the devices of boxes of designs are: boxes of (log d, gbar), and in which all devices may be so."""
+    """Where the devices of boxes of designs are, with an input off or not.
+
+    Invariant: where `applies`, every device of the designs of a box has its (log d, gbar) in the box of the same
+    number. Elsewhere some device would be beyond the limits of the input, and the box excludes nothing.
+    """
 
     boxes: Boxes
     applies: Mask
 
 
-def _bounds(
-    problem: Problem, boxes: Boxes, off: list[tuple[DesignInput, float]], together: bool
-) -> tuple[Floats, Ints]:
-    """Upper bounds of the objective over boxes of designs; -inf where no design of a box meets what is required.
+def _bounds(problem: Problem, boxes: Boxes, off: list[tuple[DesignInput, float]], together: bool) -> _Bounded:
+    """Boxes of designs with upper bounds of the objective.
 
-    `off` are inputs and by what factor they are off in devices that have stable motion, if a design has the margin; the
-    second result is how many boxes each excludes. One picture serves for all that is looked up, or one for each.
+    `off` are inputs and by what factor they are off in devices that have stable motion, if a design has the margin. One
+    picture serves for all that is looked up, or one for each.
     """
     first = _place(problem, boxes, None, 1.0)
     others = [_place(problem, boxes, *change) for change in off]
@@ -269,15 +307,16 @@ def _bounds(
     for place in others:
         rows = np.flatnonzero(flies & place.applies)
         if rows.size:
+            # Of the boxes that are left a picture of their own has finer pixels than the one of all.
             looked_up = picture if together else drawn([place], rows)
             flies[rows] = looked_up.over(place.boxes[rows])[0][0] > 0
         excluded.append(rows.size - np.count_nonzero(flies[rows]))
-    bound = np.full(len(boxes), -np.inf)
+    most = np.full(len(boxes), -np.inf)
     rows = np.flatnonzero(flies)
     with np.errstate(all="ignore"):  # no impacts, no efficiency
         value, meets = _values(problem, boxes[rows], fastest[:, rows], slowest[:, rows])
-    bound[rows] = np.where(meets, value * (1 + ROUNDING), -np.inf)
-    return bound, np.array(excluded, dtype=np.intp)
+    most[rows] = np.where(meets, value * (1 + ROUNDING), -np.inf)
+    return _Bounded(boxes, most, np.array(excluded, dtype=np.intp))
 
 
 def _place(problem: Problem, designs: Boxes, varied: DesignInput | None, factor: float) -> _Place:
@@ -298,41 +337,51 @@ def _place(problem: Problem, designs: Boxes, varied: DesignInput | None, factor:
     return _Place(Boxes(start - ROUNDING * (1 + np.abs(start)), end + ROUNDING * (1 + np.abs(end))), applies)
 
 
-def _values(problem: Problem, boxes: Boxes, fastest: Floats, slowest: Floats) -> tuple[Floats, Mask]:
-    """The objective at the fastest impacts of boxes of designs, and whether the slowest may meet the limits."""
-    low, high = boxes.low, boxes.high
+class _Extreme(NamedTuple):
+    """What one device of each box has with one pair of impact speeds: no device of the box has more, or none less."""
+
+    objectives: dict[Objective, Any]
+    impacts: Impacts
+    shaker: Shaker
+
+
+def _extreme(problem: Problem, most: Floats, least: Floats, speeds: Floats, period_s: Any) -> _Extreme:
+    """What the devices in one corner of each box have: of `most` and `least`, the ends of each input, (inputs, k)."""
     rising = np.array([path in (FALLING, DesignPath.BALL_MASS) for path in problem.paths])[:, None]
     # A light capsule moves faster, and the impacts on it; but on a free one their energy at a given speed grows with M.
     heavier = rising | np.array([path == DesignPath.CAPSULE_MASS for path in problem.paths])[:, None]
-    meets = np.ones(low.shape[1], dtype=bool)
-    quickest, _ = problem.at(high.T)
-    columns, judged = [], []
-    for (most, least), (bottom, top) in (((high, low), fastest), ((low, high), slowest)):
-        device, _ = problem.at(np.where(rising, most, least).T)
-        _, membrane = problem.at(np.where(heavier, most, least).T)
-        period_s = quickest.period_ratio / quickest.frequency_hz
-        unit = device.velocity_unit(Parameter.LENGTH, device.length_m)
-        speeds = unit * bottom, unit * top
-        output = generated(speeds, membrane, 0.0, period_s)
-        columns.append(objectives(bottom, bottom, *output, period_s))
-        judged.append((impacts_of(*output, membrane), device.shaker(Parameter.LENGTH, device.length_m)))
-    largest = columns[0][problem.objective]
+    device, _ = problem.at(np.where(rising, most, least).T)
+    _, membrane = problem.at(np.where(heavier, most, least).T)
+    bottom, top = speeds
+    unit = device.velocity_unit(Parameter.LENGTH, device.length_m)
+    output = generated((unit * bottom, unit * top), membrane, 0.0, period_s)
+    shaker = device.shaker(Parameter.LENGTH, device.length_m)
+    return _Extreme(objectives(bottom, bottom, *output, period_s), impacts_of(*output, membrane), shaker)
+
+
+def _values(problem: Problem, boxes: Boxes, fastest: Floats, slowest: Floats) -> tuple[Floats, Mask]:
+    """The objective at the fastest impacts of boxes of designs, and whether the slowest may meet the limits."""
+    quickest, _ = problem.at(boxes.high.T)
+    period_s = quickest.period_ratio / quickest.frequency_hz
+    above = _extreme(problem, boxes.high, boxes.low, fastest, period_s)
+    below = _extreme(problem, boxes.low, boxes.high, slowest, period_s)
+    largest, meets = above.objectives[problem.objective], np.ones(len(boxes), dtype=bool)
     if problem.objective is Objective.POWER and problem.most_efficient is not None:
         # Restitution 0 above makes the efficiency one of all the kinetic energy: the power that the fastest impacts
         # have is their power over that, and no design within the limit makes more of it than this.
         varies = any(varied.path in problem.paths for varied in RESTITUTIONS)
         lost = 1.0 if varies else 1 - min(by_wall(Device.of(problem.loaded.scenario).restitution)) ** 2
-        largest = np.fmin(largest, problem.most_efficient * lost * largest / columns[0][Objective.EFFICIENCY])
+        largest = np.fmin(largest, problem.most_efficient * lost * largest / above.objectives[Objective.EFFICIENCY])
     # A limit from below is held against the largest that the box may reach, one from above against the least: what
     # fails so fails everywhere in the box.
     for quantity, limit in problem.limits:
-        impacts, shaker = judged[0 if limit.is_least else 1]
+        extreme = above if limit.is_least else below
         if isinstance(quantity, OfShaker):
             if quickest.recoils:
                 continue  # acceleration and stroke do not grow or fall with all inputs
-            value = quantity.of(shaker)
+            value = quantity.of(extreme.shaker)
         elif quantity.grows:
-            value = quantity.of(impacts, ARRAYS)
+            value = quantity.of(extreme.impacts, ARRAYS)
         else:
             continue  # at neither end of the speeds is it known to be the least or the largest
         kept = value >= limit.value * (1 - ROUNDING) if limit.is_least else value <= limit.value * (1 + ROUNDING)
