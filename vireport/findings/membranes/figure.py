@@ -11,14 +11,7 @@ from matplotlib.figure import Figure
 from vireport.figures.captions import pictured
 from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
-from vireport.figures.style import (
-    DASHED,
-    GUIDE,
-    Color,
-    Look,
-    Picture,
-    style,
-)
+from vireport.figures.style import DASHED, GUIDE, Color, Look, Picture, style
 from vireport.findings.membranes.compliance import Compliance
 from vireport.findings.membranes.solvers import ADAPTIVE, FIXED, WRONG, RunOutcome, SolverRun
 from vireport.findings.membranes.tables import quantity_label
@@ -103,8 +96,7 @@ def _errors(axes: Axes, comparison: Compliance, factors: list[float]) -> None:
             look |= {} if run.outcome is RunOutcome.SOLVED else HOLLOW
             axes.plot(1e3 * run.seconds, _height(run), **look)
     axes.axhline(WRONG, **GUIDE)
-    low = min(axes.get_ylim()[0], SMALLEST_ON_AXIS)
-    axes.set_ylim(low, 2 * LARGEST)
+    axes.set_ylim(min(axes.get_ylim()[0], SMALLEST_ON_AXIS), 2 * LARGEST)
     axes.minorticks_off()
 
 
@@ -118,13 +110,14 @@ def _rates(axes: Axes, comparison: Compliance) -> list[Label]:
     axes.set_ylabel("distance from rigid [–], [rad]")
     names = []
     for quantity in comparison.convergence:
-        distances_by_factor = [
-            (rung.factor, d) for rung, d in zip(comparison.rungs, quantity.distances, strict=True) if d
-        ]
+        at_rungs = zip(comparison.rungs, quantity.distances, strict=True)
+        distances_by_factor = [(rung.factor, distance) for rung, distance in at_rungs if distance]
         if not distances_by_factor:
             continue
         factors, distances = np.array(distances_by_factor).T
         color, marker = QUANTITIES[quantity.quantity]
+        # The expected rate through the stiffest rung, where terms of higher order are least: how soon the points leave
+        # this line shows down to which K the rate holds.
         axes.plot(factors, distances[-1] * (factors / factors[-1]) ** -comparison.order, **THEORY)
         axes.plot(factors, distances, **MARK | {"color": color, "marker": marker})
         later = len(distances_by_factor) // 2

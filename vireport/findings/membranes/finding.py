@@ -86,12 +86,10 @@ class MembranesFinding(AddedFinding["Compliance"]):
         from vireport.findings.membranes.judging import moved_or_lost
         from vireport.text.alerts import AlertCode
 
-        stable = evidence.impacts[0].size
-        return (
-            {AlertCode.NOT_RIGID: moved_or_lost(compliance)}
-            if stable and self.contradicts_rigid_impacts(compliance)
-            else {}
-        )
+        # Without a stable motion there is nothing that the rigid model claims of the device.
+        if not evidence.impacts[0].size or not self.contradicts_rigid_impacts(compliance):
+            return {}
+        return {AlertCode.NOT_RIGID: moved_or_lost(compliance)}
 
     def pictures(self, compliance: Compliance, study: Study, templates: Path | None) -> Iterator[Any]:
         """Errors of the solvers, and the rates at which the motion tends to the rigid one."""

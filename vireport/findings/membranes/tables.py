@@ -67,6 +67,7 @@ def _words(templates: Path | None) -> Words:
 
 def lost(comparison: Compliance, templates: Path | None = None) -> Iterator[tuple[float, str, str]]:
     """Factors of K other than 1 with which the motion or the critical point is lost: factor, which of them, and why."""
+    # What is lost with the scenario's own K is said by verdict and table already.
     say, label = _words(templates), comparison.critical.label if comparison.critical is not None else ""
     for rung in comparison.rungs:
         if rung is not comparison.unscaled and rung.reason and (rung.orbit is None or label):

@@ -162,6 +162,7 @@ def attracting_motions(
     recognised, end = [core.motion for core in cores], switched_on.from_rest
 
     def arrives() -> list[bool]:
+        # At phase 0 the sine presses the ball down, and all moments at which it does have one outcome.
         (last,) = endings(groups, np.array([[float(BOTTOM), 0.0, 0.0, 0.0]]), cores).tolist()
         return [place.get(k) == last for k in range(len(stable))]
 
@@ -172,6 +173,8 @@ def attracting_motions(
         shock, unknown = None, why.get(k, "")
         if share is not None:
             others = [other for other in recognised if other is not motion]
+            # By the full search where there was one: a scan is coarser, and the report would have two least shocks of
+            # one motion.
             stated = withstood.shock if withstood is not None else None
             if stated is not None and stated.motion.distance(motion) == 0:
                 shock = stated

@@ -93,6 +93,7 @@ def _with_friction(groups: Groups[float], motion: Motion) -> Floats:
     # The flight of a row of the simulation is the one that ends there.
     before[:, FLIGHT] = np.roll(motion.durations, 1)
     by_phase = jacobians(check_model(groups)[0], before, np.roll(before, -1, axis=0))
+    # A phase is pi times a time: derivatives of it are pi times as large, those by it as much smaller.
     return np.asarray(by_phase * np.array([[1.0, 1 / pi], [pi, 1.0]]))
 
 

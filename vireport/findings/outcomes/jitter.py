@@ -122,6 +122,8 @@ class Jitter(Struct, frozen=True, eq=False):
 
     def mean_voltage_v(self, membrane: Membrane, velocity_unit: float) -> Floats:
         """Mean of the voltage gained at each impact, to second order in the kicks, (N,) [V]; parameters as above."""
+        # The voltage is no polynomial of the velocity, but near one: of a spread by a tenth five nodes miss the mean by
+        # 1e-11 of it, by a fifth 5e-8. That of the mean velocity alone is 0.15 % and 0.6 % too small.
         nodes, weights = np.polynomial.hermite_e.hermegauss(5)
         velocity = (self.motion.velocity + self.mean[:, 1])[:, None] + self.velocity[:, None] * nodes
         gained = generated_voltage(velocity_unit * np.abs(velocity), membrane)
@@ -223,6 +225,7 @@ def jitter(
         if error <= TOLERANCE:
             holds = min(_farthest(lambda times: off(times)[0], factor, error), room)
             if power < 0:
+                # Twice as much was too large in the step before: no more can hold, whatever a power law says.
                 return NoJitter(Unsettled.TOO_LARGE, min(holds, 2 * factor))
             if room < 1:
                 return NoJitter(Unsettled.IMPOSSIBLE, holds)

@@ -43,6 +43,7 @@ def judged_shock(evidence: Evidence, limit: Limit) -> Judgement:
         raise NumericalError(Remark.NOT_STABLE)
     if withstood.searched_to_m_s is None or withstood.shock is None:
         raise NumericalError(ShockRemark.UNDECIDED.worded(reason=withstood.shock_unknown))
+    # Where nothing leads out, all that may be claimed is what was tried.
     tried = withstood.shock.tried
     if withstood.jump_m_s is not None:
         return held_against(withstood.jump_m_s, limit, ShockRemark.TRIED.worded(count=tried))
@@ -56,6 +57,7 @@ def judged_jitter(evidence: Evidence, limit: Limit) -> Judgement:
         raise NumericalError(Remark.NOT_STABLE)
     if withstood.phase_deg is None or withstood.spread is None:
         raise NumericalError(ShockRemark.UNDECIDED.worded(reason=withstood.jitter_unknown))
+    # What linear theory neglects counts as an error bound: nearer than that to the limit nothing is decided.
     return held_against(withstood.phase_deg, limit, bound=withstood.spread.error * withstood.phase_deg)
 
 

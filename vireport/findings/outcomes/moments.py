@@ -86,6 +86,7 @@ def outcome_of(outcomes: Sequence[tuple[float, FromRest]]) -> FromRest:
 
     Without a ramp the first one is that of all moments in which the ball is pressed down.
     """
+    # With a ramp each of the moments has the same part; without one the first is all those of a release.
     if len({part for part, _ in outcomes}) > 1:
         return outcomes[0][1]
     missed = (outcome for _, outcome in outcomes if not outcome.reached)

@@ -88,6 +88,7 @@ class Outcomes(Struct, frozen=True, eq=False):
     @property
     def withstood_in_use(self) -> Withstood | None:
         """What the stable 1:1 motions withstand or, where there are none, what is reached from rest."""
+        # Without a stable 1:1 motion there is still something that the user's device does, and that shocks can end.
         if self.withstood is not None or self.attracting is None:
             return self.withstood
         return self.attracting.withstood(self.attracting.reached)
@@ -114,11 +115,13 @@ def switched_on_by(
     outcomes = outcomes_by_moment(groups, targets, ratio, block.ramp_periods, compiled)
     end, ramp, around = outcome_of(outcomes), None, None
     if targets and not end.reached:
+        # Only then: each length is tried at 32 moments, and eight lengths take 256 balls.
         ramp = Ramp(ramp_that_helps(groups, targets, ratio, compiled), RAMPS[-1])
     if windows:
         from vireport.findings.outcomes.windows import window_of
 
         around = window_of(solution, compiled)
+    # What is left of 1 has the roundings of the shares of several releases: all together may exceed it.
     share = min(fsum(part for part, outcome in outcomes if outcome.reached), 1.0)
     strip = outcomes_along(solution, compiled) if windows else ()
     answer = replace(switched_on(solution, end, compiled), over_sweep=strip, ramp_periods=block.ramp_periods)

@@ -357,6 +357,8 @@ def _lower(leads_out: LeadOut, shock: Shock, at: Descent, duration: float, count
     # is farther down than was thought: steps as small as these would take for ever.
     depth = WIDER * at.depth if at_bottom else at.depth / 8 + (size - bottom) / count
     ended = not at_bottom and depth <= (size - bottom) / count * 2
+    # At a least one within a flight the size grows with the square of the distance in time: half as far away in time is
+    # as good as a fourth in size.
     return Descent(size, delay, 0.0 if ended else depth, at.wander / 2)
 
 
@@ -394,9 +396,9 @@ class _Search:
                         out = np.flatnonzero(self.leads_out(impact, delay, jump))
                         leading_out += [Shock(impact, float(delay[k]), float(jump[k])) for k in out[:1]]
             if leading_out:
-                return min(leading_out, key=lambda shock: abs(shock.jump)), (high - low) / min(
-                    effort.after, effort.levels
-                )
+                # The wider of both spacings: of later moments fewer sizes are tried, and those between may lead out.
+                spacing = (high - low) / min(effort.after, effort.levels)
+                return min(leading_out, key=lambda shock: abs(shock.jump)), spacing
         return None, 0.0
 
     def on_manifold(self, near: Shock, companions: Sequence[Motion]) -> tuple[Shock, Shock | None, Motion | None]:
@@ -467,6 +469,7 @@ class _Search:
 
     def below(self, least: Shock) -> tuple[Shock | None, float]:
         """A smaller shock that leads out, and the spacing of those tried: half as this one, half at any moment."""
+        # Not the least one itself again, nor what rounding makes of it.
         count, size = self.effort.below, abs(least.jump) * (1 - 1e-12)
         if not count:
             return None, 0.0

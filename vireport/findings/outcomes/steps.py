@@ -74,6 +74,8 @@ RAMPED = Precondition(
 
 def steps() -> Iterator[DeclaredStep]:
     """The six steps in their order, and the two figures."""
+    # In this order, as each takes what those before it have found: the shock of the 1:1 motion is not looked for again
+    # among all that coexist, and basins are those of the motions that were recognised there.
     has_disturbances, basin = "the scenario has a disturbances block", "disturbances.basin is true"
     yield DeclaredStep(MOMENTS, (GIVEN, DESIGN, RAMPED), has_disturbances)
     yield DeclaredStep(WINDOWS, (GIVEN, AT_ONCE, NUMBA, OUTPUT), has_disturbances)

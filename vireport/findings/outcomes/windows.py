@@ -130,6 +130,7 @@ def _edge(around: FromRest, value: float, end: float, outcomes: OutcomesAt) -> E
             nearest = max((edge.value - limit) / (value - limit), NEAREST)
             shares = np.append(shares, (shares + 0.5 / INSIDE) % 1)
             values = np.append(values, limit + (value - limit) * nearest**shares)
+        # On the way out from the design point, so that the first one that differs is the nearest.
         values = np.sort(values)[:: 1 if value < end else -1]
         first = next((k for k, outcome in enumerate(outcomes(values)) if outcome.kind != around.kind), None)
         if first is None:

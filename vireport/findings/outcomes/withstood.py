@@ -258,7 +258,8 @@ def least_of(
     """
     # All as far as the fastest: one that is searched less far could have a smaller shock than the least that is found.
     usual = max(float(np.abs(motion.velocity).max()) for motion in stable)
-    # Searched further only where nothing leads out: the same number of shocks in a wider range are farther apart.
+    # Searched further only where nothing leads out: the same number of shocks in a wider range are farther apart. By a
+    # hair more than is required, lest the range fall short of it when it is converted back to m/s.
     further = [least * (1 + 1e-9)] if least is not None and least >= usual else []
     for farthest in [usual, *further]:
         shocks = [
