@@ -142,7 +142,7 @@ def test_points_and_shares_are_those_of_impacts_followed_one_by_one() -> None:
 def test_where_no_motion_is_known_all_that_is_met_is_learnt() -> None:
     device = Device(3.155, 0.46, 9.8, 0.0446, 3.0, 2.0, 54.8)
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    recognise = Recogniser(groups, (), compiled=False)
+    recognise = Recogniser(groups, ())
     rows = np.array([(BOTTOM, 0.0, velocity, phase) for velocity in (0.2, 1.0) for phase in (0.3, 3.0)])
     found = recognise(rows)
     alone = [find_attractor(groups, start_of(row), 100_000, compiled=False).outcome for row in rows]

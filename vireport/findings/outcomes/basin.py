@@ -73,7 +73,7 @@ class Basins(Struct, frozen=True, eq=False):
 
 
 def basins_of(
-    groups: Groups[float], motions: Sequence[Motion], velocity_unit: float, points: int = 257, compiled: bool = True
+    groups: Groups[float], motions: Sequence[Motion], velocity_unit: float, points: int = 257
 ) -> Basins | None:
     """The basins of stable motions among impacts on the bottom membrane; None where returns to one are not resolved.
 
@@ -87,15 +87,13 @@ def basins_of(
         y_c [m/s].
     points : int
         Along either axis of the picture; one more than a power of 2, at least 17.
-    compiled : bool
-        Whether to compile the search, where numba is there.
 
     Notes
     -----
     The section reaches up to half as much again as the fastest impact that the forcing sustains, see `start_speed`.
     """
     try:
-        recognise = Recogniser(groups, motions, compiled)
+        recognise = Recogniser(groups, motions)
     except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce
         return None
     fastest = max((float(np.abs(motion.velocity).max()) for motion in motions), default=0.0)

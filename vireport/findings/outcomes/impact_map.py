@@ -62,7 +62,7 @@ def forwards(groups: Groups[float], wall: ArrayLike, time: Floats, after: Floats
     return Arrivals(np.where(strikes, last[:, WALL], 0.0), time + last[:, FLIGHT], last[:, VELOCITY])
 
 
-def backwards(groups: Groups[float], wall: ArrayLike, time: Floats, before: Floats, compiled: bool = False) -> Arrivals:
+def backwards(groups: Groups[float], wall: ArrayLike, time: Floats, before: Floats) -> Arrivals:
     """Follow flights that end at membranes back to where they began.
 
     Z(-t) obeys (2.8) with the phase negated, so this is the flight forwards with phase and velocity negated, and the
@@ -71,5 +71,5 @@ def backwards(groups: Groups[float], wall: ArrayLike, time: Floats, before: Floa
     Parameters are those of `forwards`, with the velocity just before the impact.
     """
     harmonics = tuple(Harmonic(harmonic.order, harmonic.cosine, -harmonic.sine) for harmonic in groups.harmonics)
-    mirrored = forwards(groups._replace(harmonics=harmonics), wall, -time, -before, compiled)
+    mirrored = forwards(groups._replace(harmonics=harmonics), wall, -time, -before, compiled=True)
     return Arrivals(mirrored.wall, -mirrored.time, -mirrored.velocity)

@@ -152,9 +152,7 @@ class _Moments(NamedTuple):
     skewness: Floats
 
 
-def jitter(
-    groups: Groups[float], motion: Motion, kick: float, restitution_scatter: float = 0.0, compiled: bool = False
-) -> Jitter | NoJitter:
+def jitter(groups: Groups[float], motion: Motion, kick: float, restitution_scatter: float = 0.0) -> Jitter | NoJitter:
     """Find the stationary spread of a motion's impacts under random kicks, or refuse to.
 
     Parameters
@@ -166,8 +164,6 @@ def jitter(
         Standard deviation of the velocity added just after each impact [y_c].
     restitution_scatter : float
         Standard deviation of the restitution coefficient from impact to impact [-].
-    compiled : bool
-        Whether to compile the flights, where numba is there; some hundred to a few thousand are needed.
 
     Returns
     -------
@@ -216,7 +212,7 @@ def jitter(
 
     def off(factor: float) -> tuple[float, Floats]:
         spread = factor * kick, factor * restitution_scatter
-        return _neglected(groups, motion, spread, lap, factor**2 * spreads, compiled)
+        return _neglected(groups, motion, spread, lap, factor**2 * spreads)
 
     # Downwards from the largest: the first factor at which linear theory holds bounds how far kicks may grow.
     for power in range(enlarged, -HALVINGS, -1):
@@ -270,14 +266,13 @@ def _neglected(
     spread: tuple[float, float],
     lap: Floats,
     linear: Floats,
-    compiled: bool,
 ) -> tuple[float, Floats]:
     """Error of the linear standard deviations, as a share of them, and shifts of the means at each impact.
 
     The error is inf where other membranes are met, or where the moments do not settle.
     """
     start = _Moments(np.zeros(2), linear[0], np.zeros((2, 2, 2)))
-    passed = _through_a_period(groups, motion, spread, start, compiled)
+    passed = _through_a_period(groups, motion, spread, start)
     if passed is None:
         return inf, np.zeros(0)
     first = _repeated(lap, start, passed[-1])
@@ -287,7 +282,7 @@ def _neglected(
     scale = np.diagonal(linear, axis1=1, axis2=2)
     means, errors = np.zeros(0), [inf]
     for _ in range(ROUNDS):
-        passed = _through_a_period(groups, motion, spread, moments, compiled)
+        passed = _through_a_period(groups, motion, spread, moments)
         if passed is None:
             return inf, np.zeros(0)
         if not means.size:  # to second order in the kicks
@@ -332,7 +327,7 @@ def _rule() -> tuple[Floats, Floats, Floats]:
 
 
 def _through_a_period(
-    groups: Groups[float], motion: Motion, spread: tuple[float, float], moments: _Moments, compiled: bool
+    groups: Groups[float], motion: Motion, spread: tuple[float, float], moments: _Moments
 ) -> list[_Moments] | None:
     """Moments after each flight of one period of the simulated map with kicks; None where one ends elsewhere."""
     passed: list[_Moments] = []
@@ -358,7 +353,7 @@ def _through_a_period(
         # A node that comes from the wrong side, or does not leave, is of another impact sequence.
         if (wall * after >= 0).any() or (wall * before <= 0).any():
             return None
-        ends = forwards(groups, wall, motion.time[i] + late, after, compiled)
+        ends = forwards(groups, wall, motion.time[i] + late, after)
         if (ends.wall != walls[j]).any():
             return None
         # By the flight's clock: the times of the motion begin anew with each period.

@@ -92,7 +92,6 @@ def stable_manifold(
     fastest: float,
     spacing: float = 0.02,
     most: int = 20_000,
-    compiled: bool = True,
 ) -> tuple[ManifoldPiece, ...]:
     """Follow the stable manifold of an unstable motion back from it, () where it has none that is a line.
 
@@ -108,8 +107,6 @@ def stable_manifold(
         Distance of neighbouring points in time [t_c] and velocity [y_c].
     most : int
         Points on one section at which it is followed no further.
-    compiled : bool
-        Whether to compile the flights, where numba is there.
     """
     values, vectors = np.linalg.eig(lap_matrix(groups, companion))
     inside = int(np.argmin(np.abs(values)))
@@ -133,7 +130,7 @@ def stable_manifold(
     # Each image of the line a period back holds the one before: the last ones have all of it.
     images: deque[list[ManifoldPiece]] = deque(maxlen=count)
     for _ in range(periods * count):
-        line, begun = _refined(groups, line, fastest, spacing, most, compiled)
+        line, begun = _refined(groups, line, fastest, spacing, most)
         pieces, line = _cut(groups, line, begun, fastest, spacing)
         images.append(pieces)
         if not 0 < len(line.time) <= most:
@@ -141,11 +138,9 @@ def stable_manifold(
     return tuple(piece for image in images for piece in image)
 
 
-def _refined(
-    groups: Groups[float], line: _Line, fastest: float, spacing: float, most: int, compiled: bool
-) -> tuple[_Line, Arrivals]:
+def _refined(groups: Groups[float], line: _Line, fastest: float, spacing: float, most: int) -> tuple[_Line, Arrivals]:
     """Put points into a line until those a flight back are close to one another; the line, and these."""
-    begun = backwards(groups, *line[:3], compiled)
+    begun = backwards(groups, *line[:3])
     for _ in range(HALVINGS):
         apart, alike, inside = _steps(groups, line, begun, fastest)
         steps = np.maximum(np.abs(np.diff(line.time)), np.abs(np.diff(line.before)))
@@ -157,7 +152,7 @@ def _refined(
         at = np.flatnonzero(needed)
         time, before = ((column[at] + column[at + 1]) / 2 for column in (line.time, line.before))
         between = _Line(line.wall[at], time, before, line.part[at])
-        more = backwards(groups, *between[:3], compiled)
+        more = backwards(groups, *between[:3])
         line = _Line(*(np.insert(old, at + 1, new) for old, new in zip(line, between, strict=True)))
         begun = Arrivals(*(np.insert(old, at + 1, new) for old, new in zip(begun, more, strict=True)))
     return line, begun

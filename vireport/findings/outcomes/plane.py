@@ -59,14 +59,7 @@ class OutcomePlane(Struct, frozen=True, eq=False):
         return float(np.mean(self.outcome == outcome))
 
 
-def shock_plane(
-    groups: Groups[float],
-    motions: Sequence[Motion],
-    largest: float,
-    points: int = 257,
-    compiled: bool = True,
-    workers: int = 1,
-) -> OutcomePlane:
+def shock_plane(groups: Groups[float], motions: Sequence[Motion], largest: float, points: int = 257) -> OutcomePlane:
     """What a jump of the relative velocity leads to, by its moment in the period of a motion and its signed size.
 
     Parameters
@@ -79,10 +72,6 @@ def shock_plane(
         Size of the jumps up to which the plane reaches either way [y_c].
     points : int
         Along either axis; one more than a power of 2, at least 17.
-    compiled : bool
-        Whether to compile the search, where numba is there.
-    workers : int
-        Threads.
 
     Returns
     -------
@@ -104,7 +93,7 @@ def shock_plane(
         return rows
 
     x, y = np.linspace(0.0, period, points), np.linspace(-largest, largest, points)
-    return coloured(Recogniser(groups, motions, compiled, workers), x, y, starts)
+    return coloured(Recogniser(groups, motions), x, y, starts)
 
 
 def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarsest: int = COARSEST) -> OutcomePlane:

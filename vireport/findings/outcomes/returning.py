@@ -170,7 +170,7 @@ def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], l
         if (walls[i] * before <= 0).any():
             return False
         starts = np.stack([np.full(len(off), float(walls[i])), np.zeros(len(off)), before, phase], axis=1)
-        rows, _ = follow_impacts(model, starts, impacts, None, 1, compiled)
+        rows, _ = follow_impacts(model, starts, impacts, compiled=compiled)
         # A start that meets other walls is beyond a grazing, where the map has another derivative: its neighbours
         # within would not tell.
         if (rows[:, :, WALL] != walls[i : i + impacts + 1]).any():
@@ -190,9 +190,7 @@ def _values(form: Floats, off: Floats) -> Floats:
     return np.asarray(np.einsum("ka,ab,kb->k", off, form, off))
 
 
-def endings(
-    groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int = 1, compiled: bool = True
-) -> Ints:
+def endings(groups: Groups[float], starts: Floats, cores: Sequence[Core], compiled: bool = True) -> Ints:
     """The motion that each start leads to, as the place of its core among those given, or a number of `Elsewhere`.
 
     Parameters
@@ -202,8 +200,6 @@ def endings(
     starts : ndarray (n, 4)
         Rows of `check_start`.
     cores : sequence of Core
-    workers : int
-        Threads.
     compiled : bool
         Whether to compile the search, where numba is there.
 
@@ -212,7 +208,7 @@ def endings(
     A ball that has ridden on a membrane leaves it at a phase at which the pressing acceleration changes sign, without
     velocity: all that are released from one membrane at one phase share a future, which is followed once.
     """
-    ends, rode = _followed(groups, starts, cores, workers, compiled)
+    ends, rode = _followed(groups, starts, cores, compiled)
     riding = np.flatnonzero(rode[:, WALL])
     states = releases(rode[riding])
     while len(riding):
@@ -222,9 +218,7 @@ def endings(
     return ends
 
 
-def _followed(
-    groups: Groups[float], starts: Floats, cores: Sequence[Core], workers: int, compiled: bool
-) -> tuple[Ints, Floats]:
+def _followed(groups: Groups[float], starts: Floats, cores: Sequence[Core], compiled: bool) -> tuple[Ints, Floats]:
     """Where starts end, and the impacts (n, 6) after which those ride that a membrane then releases, 0 for others."""
     ends = np.full(len(starts), Elsewhere.UNKNOWN, dtype=np.int64)
     rode = np.zeros((len(starts), COLUMNS))
@@ -232,7 +226,7 @@ def _followed(
     patience, block, used = max((core.patience for core in cores), default=MOST), FIRST, 0
     # Blocks grow: most starts are known after a few impacts, and the others are not known sooner for being asked often.
     while len(active) and used < patience:
-        rows, summary = follow_impacts(np.repeat(model, len(states), axis=0), states, block, None, workers, compiled)
+        rows, summary = follow_impacts(np.repeat(model, len(states), axis=0), states, block, compiled=compiled)
         # The last impact of a block is enough, as no start leaves a core again. Rows before a start are NaN, and a ride
         # for ever is rest, which the summary tells: neither is followed.
         last, riding = rows[:, -1], np.nan_to_num(rows[:, :, RIDING], posinf=0.0) > 0
@@ -255,8 +249,8 @@ def _released(groups: Groups[float], ride: Floats, cores: Sequence[Core], compil
     """Where a ball ends that rides on a membrane after an impact; in rest, if it is released twice in one state."""
     rides = ride[None]
     while True:
-        rows, _ = follow_impacts(check_model(groups), as_starts(rides[-1:]), 1, None, 1, compiled)
-        ends, rode = _followed(groups, as_starts(rows[:, -1]), cores, 1, compiled)
+        rows, _ = follow_impacts(check_model(groups), as_starts(rides[-1:]), 1, compiled=compiled)
+        ends, rode = _followed(groups, as_starts(rows[:, -1]), cores, compiled)
         if not rode[0, WALL]:
             return int(ends[0])
         rides = np.concatenate([rides, rode])
@@ -273,8 +267,8 @@ class Recogniser:
     outcomes that are no such motion have their places in `elsewhere`.
     """
 
-    def __init__(self, groups: Groups[float], motions: Sequence[Motion], compiled: bool, workers: int = 1) -> None:
-        self.groups, self.compiled, self.workers = groups, compiled, workers
+    def __init__(self, groups: Groups[float], motions: Sequence[Motion]) -> None:
+        self.groups = groups
         self.cores: list[Core] = []
         self.outcomes: list[Attractor] = []
         self.place: list[int] = []  # of each core among the outcomes
@@ -286,10 +280,10 @@ class Recogniser:
         return np.array([motion.word.walls[0], 0.0, motion.velocity[0], motion.phase[0]])
 
     def _attractor(self, row: Floats) -> Attractor:
-        return find_attractor(self.groups, start_of(row), BUDGET, self.compiled)
+        return find_attractor(self.groups, start_of(row), BUDGET, compiled=True)
 
     def _learn(self, motion: Motion, attractor: Attractor) -> None:
-        self.cores.append(core_of(self.groups, motion, self.compiled))
+        self.cores.append(core_of(self.groups, motion, compiled=True))
         self.place.append(len(self.outcomes))
         self.outcomes.append(attractor)
 
@@ -314,7 +308,7 @@ class Recogniser:
         return outcome
 
     def _known(self, rows: Floats) -> Ints:
-        ends = endings(self.groups, rows, self.cores, self.workers, self.compiled)
+        ends = endings(self.groups, rows, self.cores)
         # Ends below zero are kinds, not places: without a motion known before there is no place at all.
         outcome = np.where(ends >= 0, np.array([*self.place, Elsewhere.UNKNOWN])[np.maximum(ends, 0)], ends)
         for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):

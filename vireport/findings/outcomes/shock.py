@@ -60,9 +60,6 @@ WIDER = 4.0
 LONGER = 6
 """How many times as long is waited where a jump that seemed to lead out comes back later."""
 
-SOON = 100
-"""Impacts after which the interpreter looks what a shock leads to, before it waits for longer."""
-
 BUDGET = 20_000
 """Impacts until a shock counts as one that leads to no periodic motion."""
 
@@ -101,9 +98,6 @@ SEARCH = Effort(100, 12, 25, 4, 128, 10_000, 1e-13)
 SCAN = Effort(24, 6, 12, 4, 64, 2000, 1e-9)
 """What compiled code does in some hundredths of a second, for each of many devices. Where bands are folded, half as
 many tries miss the least one of every third device, by up to a seventh."""
-
-QUICK = Effort(5, 1, 2, 2, 8, 0, 1e-4)
-"""What the interpreter does in about as long. It can miss narrow bands of jumps that lead out, and all of them."""
 
 
 class LeastShock(Struct, frozen=True, eq=False):
@@ -196,10 +190,10 @@ def least_shock(
     companions: Sequence[Motion] = (),
     searched_to: float | None = None,
     effort: Effort = SEARCH,
-    compiled: bool = True,
-    workers: int = 1,
 ) -> LeastShock:
     """Find the least shock that leads out of the basin of a stable motion, at any moment of its period.
+
+    By the compiled simulation: by the interpreter it would take minutes.
 
     Parameters
     ----------
@@ -214,10 +208,6 @@ def least_shock(
     searched_to : float, optional
         Largest size to be tried [y_c]; by default the largest impact velocity of the motion.
     effort : Effort
-    compiled : bool
-        Whether to compile the search, where numba is there.
-    workers : int
-        Threads.
 
     Returns
     -------
@@ -248,8 +238,8 @@ def least_shock(
         raise ValueError(f"jumps can be tried up to a positive, finite size, not {farthest}")
     if any(groups.restitution_at(wall) == 0 for wall in motion.word.walls):
         raise ValueError("a ball that does not bounce leaves a membrane with no velocity: shocks need a restitution")
-    cores = patient(groups, [core_of(groups, stable, compiled) for stable in (motion, *others)], companions)
-    search = _Search(groups, cores, effort, compiled, workers)
+    cores = patient(groups, [core_of(groups, stable, compiled=True) for stable in (motion, *others)], companions)
+    search = _Search(groups, cores, effort)
     while True:
         leads_out, spacing = search.coarse(farthest)
         by_search, companion, exact = leads_out, None, None
@@ -365,9 +355,8 @@ def _lower(leads_out: LeadOut, shock: Shock, at: Descent, duration: float, count
 class _Search:
     """The search for one motion, whose core is the first."""
 
-    def __init__(self, groups: Groups[float], cores: list[Core], effort: Effort, compiled: bool, workers: int) -> None:
-        self.groups, self.cores, self.effort = groups, cores, effort
-        self.compiled, self.workers, self.tried = compiled, workers, 0
+    def __init__(self, groups: Groups[float], cores: list[Core], effort: Effort) -> None:
+        self.groups, self.cores, self.effort, self.tried = groups, cores, effort, 0
         self.motion = cores[0].motion
         self.durations = self.motion.durations
 
@@ -378,7 +367,7 @@ class _Search:
         """
         self.tried += len(delay)
         starts = shocked(self.groups, self.motion, impact, delay, jump)
-        ends = endings(self.groups, starts, self.cores, self.workers, self.compiled)
+        ends = endings(self.groups, starts, self.cores)
         return np.asarray((ends != 0) & (ends != Elsewhere.DRIFTS))
 
     def coarse(self, farthest: float) -> tuple[Shock | None, float]:
@@ -432,7 +421,7 @@ class _Search:
 
         def deviations(jump: float, impacts: int) -> Floats:
             start = shocked(self.groups, self.motion, near.impact, np.array([near.delay]), np.array([jump]))
-            rows, _ = follow_impacts(model, start, impacts, None, 1, self.compiled)
+            rows, _ = follow_impacts(model, start, impacts)
             off = np.stack([wrapped(rows[0, :, PHASE] - companion.phase[0]) / pi, rows[0, :, VELOCITY]], axis=1)
             off[:, 1] -= companion.velocity[0]
             # The first row is the start, which is no impact, and on the other membrane there is no passage.
@@ -471,8 +460,6 @@ class _Search:
         """A smaller shock that leads out, and the spacing of those tried: half as this one, half at any moment."""
         # Not the least one itself again, nor what rounding makes of it.
         count, size = self.effort.below, abs(least.jump) * (1 - 1e-12)
-        if not count:
-            return None, 0.0
         random, leading_out = np.random.default_rng(SEED), []
         sizes = size * (np.arange(count // 2) + random.random(count // 2)) / (count // 2)
         delays = np.full(len(sizes), least.delay)
@@ -492,12 +479,7 @@ class _Search:
     def attractor(self, shock: Shock) -> Attractor:
         """The motion or state that follows a shock."""
         row = shocked(self.groups, self.motion, shock.impact, np.array([shock.delay]), np.array([shock.jump]))[0]
-        start = start_of(row)
-        if not self.compiled:  # most are known soon, and the budget of all takes the interpreter a second
-            soon = find_attractor(self.groups, start, SOON, False)
-            if soon.cycle is not None:
-                return soon
-        return find_attractor(self.groups, start, BUDGET, self.compiled)
+        return find_attractor(self.groups, start_of(row), BUDGET, compiled=True)
 
     def returns(self, attractor: Attractor) -> bool:
         """Whether what a shock leads to is the motion itself."""
