@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vireport.design.from_rest import Target, from_rest
+from vireport.design.from_rest import StartingDevice, Target, from_rest
 from vireport.design.point import motions_at
 from vireport.physics.device import Device
 from vireport.scenario.parameters import Parameter
@@ -21,7 +21,7 @@ PAPER = Device(
 def found(device: Device, compiled: bool = False):
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     motions, _, _ = motions_at(device, Parameter.LENGTH)
-    return from_rest(groups, Target.of(motions), device.period_ratio, compiled)
+    return from_rest(StartingDevice(groups, Target.of(motions), device.period_ratio), compiled)
 
 
 def device_of(d: float, gbar: float, r: float) -> Device:

@@ -20,7 +20,7 @@ from rest_simulator import outcome
 
 from vireport import analyse, load, loads
 from vireport.design.attractors_from_rest import VALUES, attractors_from_rest
-from vireport.design.from_rest import Destination, Target, from_rest, pressed_outcomes, started
+from vireport.design.from_rest import Destination, StartingDevice, Target, from_rest, pressed_outcomes, started
 from vireport.design.outcomes_from_rest import outcomes_at
 from vireport.design.point import motions_at
 from vireport.design.solution import solution_of
@@ -166,7 +166,7 @@ def test_a_start_beside_the_motion_reaches_it_at_once() -> None:
     motions = solution.design.motions
     groups = solution.device.groups(Parameter.LENGTH, 0.7).as_floats()
     start = (float(BOTTOM), 0.0, float(motions.velocity_bottom[0]), float(motions.phi_bottom[0]))
-    told = started(start, groups, Target.of(motions), 1, False)
+    told = started(start, StartingDevice(groups, Target.of(motions)), False)
     assert told.reached
     assert told.settles_after == 0
 
@@ -273,7 +273,9 @@ def test_a_ball_that_rests_once_at_each_of_two_phases_of_release_goes_on_to_the_
     device = replace(device, harmonics=(Harmonic.of(2, 62, 303),))
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     (target,) = Target.of(motions_at(device, Parameter.LENGTH)[0])
-    assert [end.destination for _, end in pressed_outcomes(groups, [target], 1, False)] == [Destination.ONE_TO_ONE] * 2
+    assert [end.destination for _, end in pressed_outcomes(StartingDevice(groups, [target]), False)] == [
+        Destination.ONE_TO_ONE
+    ] * 2
     walls = []
     for press in presses(groups):
         rows, _ = follow_one(check_model(groups)[0], (1.0, 0.0, 0.0, press.release), 200, compiled=False)
@@ -286,7 +288,7 @@ def test_friction_holds_a_ball_that_the_membrane_would_release() -> None:
     groups = Groups(0.4, 0.9, 0.5, (), 0.08)
     assert presses(groups)[0].release == acos(-0.98)
     assert presses(groups._replace(friction=0.11)) == []
-    assert from_rest(groups._replace(friction=0.11), ()).destination is Destination.AT_REST
+    assert from_rest(StartingDevice(groups._replace(friction=0.11))).destination is Destination.AT_REST
 
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -13,7 +13,7 @@ from raw_flights import Flights
 
 from vireport.base.errors import NumericalError
 from vireport.design.effects import Effect, shifts
-from vireport.design.from_rest import Target, from_rest
+from vireport.design.from_rest import StartingDevice, Target, from_rest
 from vireport.design.lines import Line
 from vireport.design.margins import margins_of
 from vireport.design.point import design_point, motions_at
@@ -189,7 +189,9 @@ def test_what_is_reached_from_rest_is_listed() -> None:
             motions, *_ = motions_at(device, Parameter.LENGTH)
         except NumericalError:  # with an impact at the largest restitution
             continue
-        end = from_rest(device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(motions))
+        end = from_rest(
+            StartingDevice(device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(motions))
+        )
         reached += end.reached
         if end.reached:
             assert end.cycle is None, device  # come near to one that is listed

@@ -12,7 +12,7 @@ from exact_friction import Reference
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from vireport.design.from_rest import CREEPS, Destination, from_rest
+from vireport.design.from_rest import CREEPS, Destination, StartingDevice, from_rest
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions
 from vireport.simulation.attractors import Outcome, find_attractor
@@ -165,9 +165,9 @@ def test_what_friction_holds_for_ever_is_told() -> None:
 def test_a_ball_that_stops_hundreds_of_times_in_a_flight_is_not_followed_to_its_end() -> None:
     end = find_attractor(CREEPING_BALL, Impact(BOTTOM, 1.0, 0.3), compiled=False)
     assert (end.outcome, end.cycle) == (Outcome.CREEPING, None)
-    from_rest_of = from_rest(CREEPING_BALL, ())
+    from_rest_of = from_rest(StartingDevice(CREEPING_BALL))
     assert (from_rest_of.destination, from_rest_of.name) == (Destination.UNDECIDED, CREEPS)
-    assert not from_rest(CREEPING_BALL._replace(d=1.0), ()).creeping
+    assert not from_rest(StartingDevice(CREEPING_BALL._replace(d=1.0))).creeping
 
 
 def test_last_hops_together_take_as_long_as_they_do_one_by_one() -> None:

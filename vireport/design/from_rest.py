@@ -227,45 +227,50 @@ CREEPS = "a ball that creeps under friction, and stops too often on its way to b
 """The name of what is not decided for that reason."""
 
 
-def from_rest(groups: Groups[float], targets: Sequence[Target], ratio: int = 1, compiled: bool = False) -> FromRest:
+class StartingDevice(NamedTuple):
+    """A device that is switched on, with the 1:1 motions that its ball may come to.
+
+    Attributes
+    ----------
+    groups : Groups
+        As numbers.
+    targets : sequence of Target
+        The stable 1:1 motions, none where there is none.
+    ratio : int
+        Forcing periods of a 1:1 motion.
+    """
+
+    groups: Groups[float]
+    targets: Sequence[Target] = ()
+    ratio: int = 1
+
+
+def from_rest(device: StartingDevice, compiled: bool = False) -> FromRest:
     """What a ball comes to that is pressed onto the bottom membrane when the force sets in.
 
     Where a force with harmonics presses it several times a period, the worst of all: a way that leads to no 1:1 motion.
 
     Parameters
     ----------
-    groups : Groups
-        Of the device, as numbers.
-    targets : sequence of Target
-        The stable 1:1 motions, none where there is none.
-    ratio : int
-        Forcing periods of a 1:1 motion.
+    device : StartingDevice
     compiled : bool
         Whether to compile the simulation, where numba is there.
     """
-    outcomes = pressed_outcomes(groups, targets, ratio, compiled)
+    outcomes = pressed_outcomes(device, compiled)
     return outcomes[0][1] if outcomes else FromRest(Destination.AT_REST)
 
 
-def pressed_outcomes(
-    groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool
-) -> list[tuple[float, FromRest]]:
+def pressed_outcomes(device: StartingDevice, compiled: bool) -> list[tuple[float, FromRest]]:
     """What it comes to from each release, with the share of moments before it: first what leads to no 1:1 motion."""
     ends = [
-        (share, started((float(BOTTOM), 0.0, 0.0, phase), groups, targets, ratio, compiled, released=True))
-        for phase, share, _ in presses(groups)
+        (share, started((float(BOTTOM), 0.0, 0.0, phase), device, compiled, released=True))
+        for phase, share, _ in presses(device.groups)
     ]
     return sorted(ends, key=lambda end: end[1].reached)
 
 
 def started(
-    start: State,
-    groups: Groups[float],
-    targets: Sequence[Target],
-    ratio: int,
-    compiled: bool,
-    again: bool = True,
-    released: bool = False,
+    start: State, device: StartingDevice, compiled: bool, again: bool = True, released: bool = False
 ) -> FromRest:
     """Follow a ball from a state at an impact or in flight, and name the motion or state in which it ends.
 
@@ -273,14 +278,18 @@ def started(
     ----------
     start : tuple
         Wall, position, velocity and phase, as `simulation.check_start` gives them.
+    device : StartingDevice
+    compiled : bool
+        Whether to compile the simulation, where numba is there.
     again : bool
         Whether to go the way once more, a few roundings off, where rounding grows too much on it.
     released : bool
         Whether it starts as the bottom membrane releases it: a ball that lies there again has then come back. One that
         is not pressed down when the force sets in leaves at another phase.
     """
+    targets, ratio = device.targets, device.ratio
     most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
-    ball = Trajectory.begun(check_model(groups)[0], start, BLOCK, compiled=compiled)
+    ball = Trajectory.begun(check_model(device.groups)[0], start, BLOCK, compiled=compiled)
     approached: SimulatedMotion | None = None
     while True:
         recognised = rested(ball, ratio, released) or _arrived(ball.rows, targets, ratio)
@@ -289,13 +298,16 @@ def started(
             recognised = _recurred(ball, approached, ratio)
         if recognised is not None or not ball.moving or len(ball.rows) > most:
             break
+        # By a quarter of what there is: `rested` looks through all impacts, so that equal blocks would take a time that
+        # grows with the square of their number.
         ball.go_on(max(BLOCK, len(ball.rows) // 4), whole=True)
     if recognised is None and not ball.moving:
         return FromRest.without_cycle(STOPPED[ball.status][0])
-    end, way = recognised or _elsewhere(groups, ball, targets, ratio)
+    end, way = recognised or _elsewhere(device, ball)
+    # In chaos rounding grows too much on every way, which says nothing against chaos.
     if again and end.destination is not Destination.CHAOTIC and _lost(ball.model, way, compiled):
         for twin in twins(ball.rows[1], len(TWINS)):
-            if started(twin, groups, targets, ratio, compiled, again=False).kind != end.kind:
+            if started(twin, device, compiled, again=False).kind != end.kind:
                 return FromRest(Destination.UNDECIDED)
     return end
 
@@ -356,16 +368,14 @@ def _settled(near: NDArray[np.bool_], rows: Floats) -> tuple[int | None, Floats]
     return ceil(float(_times(rows)[first])) if first < len(rows) else None, rows[: first + 1]
 
 
-def _elsewhere(
-    groups: Groups[float], ball: Trajectory, targets: Sequence[Target], ratio: int
-) -> tuple[FromRest, Floats]:
+def _elsewhere(device: StartingDevice, ball: Trajectory) -> tuple[FromRest, Floats]:
     """The motion that is neither the 1:1 motion known nor a rest cycle, and the impacts until it was settled."""
     budget = BUDGET * (COMPILED if ball.compiled else 1)
-    end = find_attractor(groups, start_of(np.array(ball.last)), budget, ball.compiled)
+    end = find_attractor(device.groups, start_of(np.array(ball.last)), budget, ball.compiled)
     if end.cycle is None:
         return FromRest.without_cycle(end.outcome, end.lyapunov), ball.rows
     ball.go_on(end.impacts, whole=True)
-    return _on(end.cycle, ball.rows, targets, ratio)
+    return _on(end.cycle, ball.rows, device.targets, device.ratio)
 
 
 def _approached(ball: Trajectory, before: SimulatedMotion | None) -> SimulatedMotion | None:

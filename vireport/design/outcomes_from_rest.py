@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.design.from_rest import FromRest, from_rest, targets_of
+from vireport.design.from_rest import FromRest, StartingDevice, from_rest, targets_of
 from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.stability import lap_decay
 from vireport.physics.device import Device
@@ -74,11 +74,8 @@ def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, c
     phase, decay = np.mod(orbit.phi, TURN), lap_decay(map_restitution(groups.restitution, itemgetter(cell)))
     targets = targets_of(phase, orbit.velocity_bottom, trace, motions.wall_gap[stable], decay)
     for i in range(len(groups.d)):
-        one, its_targets = (
-            groups.map_numbers(itemgetter(i)).as_floats(),
-            [targets[k] for k in np.flatnonzero(cell == i)],
-        )
-        yield from_rest(one, its_targets, ratio, compiled)
+        one = groups.map_numbers(itemgetter(i)).as_floats()
+        yield from_rest(StartingDevice(one, [targets[k] for k in np.flatnonzero(cell == i)], ratio), compiled)
 
 
 def sampled(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeRange, ...]:

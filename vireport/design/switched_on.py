@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from vireport.base.records import brief
 from vireport.design.followed import FollowedMotion, followed_motion
-from vireport.design.from_rest import Destination, FromRest, Target, from_rest
+from vireport.design.from_rest import Destination, FromRest, StartingDevice, Target, from_rest
 from vireport.design.recovery import NoRecovery, Recovery, recovery_of
 from vireport.design.solution import Solution
 from vireport.physics.groups import Groups
@@ -86,16 +86,15 @@ def switched_on_at_once(solution: Solution, compiled: bool = False) -> SwitchedO
     """
     if solution.design is None:
         return SwitchedOn(None, sampled=_sampled(solution, compiled))
-    groups, targets = start_and_targets(solution)
-    end = from_rest(groups, targets, solution.device.period_ratio, compiled)
-    return switched_on(solution, end, compiled, follow=not targets)
+    device = starting_device(solution)
+    return switched_on(solution, from_rest(device, compiled), compiled, follow=not device.targets)
 
 
-def start_and_targets(solution: Solution) -> tuple[Groups[float], tuple[Target, ...]]:
-    """The groups of a device, and the stable 1:1 motions of its design point; none without one."""
+def starting_device(solution: Solution) -> StartingDevice:
+    """The device of a solution as a ball from rest meets it, with the stable 1:1 motions of its design point."""
     device, design = solution.device, solution.design
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
-    return groups, Target.of(design.motions) if design is not None else ()
+    return StartingDevice(groups, Target.of(design.motions) if design is not None else (), device.period_ratio)
 
 
 def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool = True) -> SwitchedOn:
@@ -113,8 +112,8 @@ def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool 
     recovered = recovery_of(solution)
     recovery, no_recovery = (recovered, None) if isinstance(recovered, Recovery) else (None, recovered)
     motion = _motion_from_rest(solution, end) if follow else None
-    groups, targets = start_and_targets(solution)
-    others = _by_starts(solution, groups, compiled) if not targets and motion is None else ()
+    device = starting_device(solution)
+    others = _by_starts(solution, device.groups, compiled) if not device.targets and motion is None else ()
     return SwitchedOn(end, recovery, no_recovery, motion, others)
 
 

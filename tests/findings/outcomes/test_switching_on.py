@@ -11,7 +11,7 @@ from rest_devices import PAPER, device_of, found
 from rest_simulator import outcome
 
 from vireport import analyse, loads
-from vireport.design.from_rest import Destination, FromRest, Target
+from vireport.design.from_rest import Destination, FromRest, StartingDevice, Target
 from vireport.design.outcomes_from_rest import outcomes_at
 from vireport.design.point import motions_at
 from vireport.findings.outcomes.moments import PHASES, RAMPS, outcomes_by_moment, ramped, unpressed
@@ -33,7 +33,7 @@ def test_switching_on_while_the_ball_is_pressed_down_is_one_trajectory() -> None
     assert share == pytest.approx(acos(-groups.gbar) / pi)
     reached = attractors(groups, [Impact(BOTTOM, 0.0, share * pi * part) for part in (0.0, 0.3, 0.999)])[0]
     assert {(end.word, end.period) for end in reached} == {("B~", 3)}
-    parts = outcomes_by_moment(groups, (), 1, 0.0, False)
+    parts = outcomes_by_moment(StartingDevice(groups), 0.0, False)
     assert sum(part for part, _ in parts) == pytest.approx(1)
     assert parts[0][0] == pytest.approx(share)
 
@@ -82,7 +82,7 @@ def test_the_share_of_switch_on_moments_is_that_of_starts_simulated_one_by_one(f
     device = PAPER.with_values({Parameter.AMPLITUDE: force})
     groups = device.groups(Parameter.LENGTH, 0.75).as_floats()
     motions, _, _ = motions_at(device, Parameter.LENGTH)
-    outcomes = outcomes_by_moment(groups, Target.of(motions), 1, 0.0, True)
+    outcomes = outcomes_by_moment(StartingDevice(groups, Target.of(motions)), 0.0, True)
     told = sum(part for part, end in outcomes if end.reached)
     starts = [Impact(BOTTOM, 0.0, phase) for phase in 2 * pi * (np.arange(100) + 0.5) / 100]
     simulated = np.mean([end.word == "BT" for end in attractors(groups, starts)[0]])

@@ -12,7 +12,7 @@ from math import cos, floor, inf, nextafter, pi, sin
 
 import numpy as np
 
-from vireport.design.from_rest import Destination, FromRest, State, Target, pressed_outcomes, started
+from vireport.design.from_rest import Destination, FromRest, StartingDevice, State, pressed_outcomes, started
 from vireport.physics.forcing import wave
 from vireport.physics.groups import Groups
 from vireport.simulation.events import BOTTOM, check_model, follow_one
@@ -27,7 +27,7 @@ RAMPS = (1, 2, 3, 5, 10, 20, 40, 80)
 
 
 def outcomes_by_moment(
-    groups: Groups[float], targets: Sequence[Target], ratio: int, ramp_periods: float, compiled: bool
+    device: StartingDevice, ramp_periods: float, compiled: bool
 ) -> tuple[tuple[float, FromRest], ...]:
     """What a ball comes to that lies on the bottom membrane, for moments at which the force sets in over its period.
 
@@ -43,8 +43,8 @@ def outcomes_by_moment(
         for each release; the others are 32 evenly spaced.
     """
     if not ramp_periods:
-        pressed = presses(groups)
-        outcomes = pressed_outcomes(groups, targets, ratio, compiled)
+        pressed = presses(device.groups)
+        outcomes = pressed_outcomes(device, compiled)
         if not pressed:
             return ((1.0, FromRest(Destination.AT_REST)),)
         starts: Iterable[State] = ((float(BOTTOM), 0.0, 0.0, phase) for phase in unpressed(pressed, PHASES))
@@ -53,8 +53,8 @@ def outcomes_by_moment(
         outcomes, share_of_one = [], 1 / PHASES
         # A force that rises from nothing lets the ball lie at first, whenever it sets in: all moments are alike.
         phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
-        starts = (ramped(groups, float(phase), ramp_periods, compiled) for phase in phases)
-    return (*outcomes, *((share_of_one, started(start, groups, targets, ratio, compiled)) for start in starts))
+        starts = (ramped(device.groups, float(phase), ramp_periods, compiled) for phase in phases)
+    return (*outcomes, *((share_of_one, started(start, device, compiled)) for start in starts))
 
 
 def unpressed(pressed: Sequence[Press], count: int) -> list[float]:
@@ -68,15 +68,15 @@ def unpressed(pressed: Sequence[Press], count: int) -> list[float]:
     return phases
 
 
-def ramp_that_helps(groups: Groups[float], targets: Sequence[Target], ratio: int, compiled: bool) -> int | None:
+def ramp_that_helps(device: StartingDevice, compiled: bool) -> int | None:
     """The fewest forcing periods of `RAMPS` over which to raise the amplitude so that every moment leads to 1:1 motion.
 
     None where none of them does.
     """
     for periods in RAMPS:
         phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
-        starts = (ramped(groups, float(phase), periods, compiled) for phase in phases)
-        if all(started(start, groups, targets, ratio, compiled).reached for start in starts):
+        starts = (ramped(device.groups, float(phase), periods, compiled) for phase in phases)
+        if all(started(start, device, compiled).reached for start in starts):
             return periods
     return None
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from vireport.base.records import brief
 from vireport.design.solution import Solution
-from vireport.design.switched_on import SwitchedOn, start_and_targets, switched_on
+from vireport.design.switched_on import SwitchedOn, starting_device, switched_on
 from vireport.findings.outcomes.keys import DisturbancesBlock
 from vireport.scenario.keys import block_of, value_at
 from vireport.scenario.parameters import Parameter
@@ -110,13 +110,13 @@ def switched_on_by(
     """
     from vireport.findings.outcomes.moments import RAMPS, outcome_of, outcomes_by_moment, ramp_that_helps
 
-    device = solution.device.constant_restitution("what it does when the force sets in at any moment")
-    (groups, targets), ratio = start_and_targets(solution), device.period_ratio
-    outcomes = outcomes_by_moment(groups, targets, ratio, block.ramp_periods, compiled)
+    solution.device.constant_restitution("what it does when the force sets in at any moment")
+    device = starting_device(solution)
+    outcomes = outcomes_by_moment(device, block.ramp_periods, compiled)
     end, ramp, around = outcome_of(outcomes), None, None
-    if targets and not end.reached:
+    if device.targets and not end.reached:
         # Only then: each length is tried at 32 moments, and eight lengths take 256 balls.
-        ramp = Ramp(ramp_that_helps(groups, targets, ratio, compiled), RAMPS[-1])
+        ramp = Ramp(ramp_that_helps(device, compiled), RAMPS[-1])
     if windows:
         from vireport.findings.outcomes.windows import window_of
 
