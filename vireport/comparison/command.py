@@ -64,6 +64,7 @@ def compare(
         compare_outcome,
         comparison_provenance,
         folder_of,
+        render_comparison,
     )
     from vireport.report.changes.diff_outputs import rerun_text
 
@@ -80,7 +81,8 @@ def compare(
     with progress(quiet, verbose) as say:
         comparison = compare_scenarios(items, vary or None, None, set_ or (), say, rank_by or (), allow_outside)
         if not json:
-            outcome = compare_outcome(comparison, formats, command, templates, say, paper, width_mm, verbose)
+            files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
+            outcome = compare_outcome(comparison, files, formats, templates, verbose)
     if json:
         outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command), templates))
     if not (quiet or vary or set_):

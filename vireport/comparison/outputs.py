@@ -147,16 +147,12 @@ def compare_csv(comparison: Comparison) -> bytes:
 
 def compare_outcome(
     comparison: Comparison,
+    files: dict[str, bytes],
     formats: Sequence[Task],
-    command: str,
-    templates: Path | None,
-    say: Progress,
-    paper: str,
-    width_mm: float | None = None,
+    templates: Path | None = None,
     tables: bool = False,
 ) -> CommandOutcome:
     """The files of a comparison, and which scenario is best; with `tables`, the numbers on the terminal too."""
-    files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
     stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
     other_files = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
     return CommandOutcome(files=files, stale=stale, other_files=other_files, summary=summary)

@@ -91,16 +91,7 @@ def figure_answer(study: Study) -> Figure:
         axes.set_xticks(*round_ticks(low, high, sheet().across))
         for value, point, place in _ends(study)[:MOST_ENDS]:
             axes.axvline(value, **END_LINE)
-            _beside(
-                axes,
-                value,
-                f"{point.label} {place}".strip(),
-                0.97,
-                "top",
-                Color.GREY,
-                towards_stable=False,
-                study=study,
-            )
+            _write_at_line(axes, study, value, f"{point.label} {place}".strip(), of_design=False)
         _design(axes, study)
         return finished(figure, HEIGHT, [], [])
 
@@ -149,26 +140,28 @@ def _name(axes: Axes, x: Floats, speeds: tuple[Floats, Floats]) -> None:
         )  # fmt: skip
 
 
-def _beside(
-    axes: Axes, value: float, text: str, height: float, va: str, color: str, *, towards_stable: bool, study: Study
-) -> None:
-    """Write a text beside a vertical line, on the side where there is room, and for an end outside stable motion."""
+def _write_at_line(axes: Axes, study: Study, value: float, text: str, of_design: bool) -> None:
+    """Write a text beside the vertical line of the design point or of an end of stable motion, where there is room.
+
+    That of an end stands outside stable motion and at the top, that of the design point inside and at the bottom: so
+    they do not meet where the lines are close.
+    """
     low, high = axes.get_xlim()
     share = (value - low) / (high - low)
     needed = (len(text) + 1) * sheet().letter / sheet().across
     stable_right = any(part.start <= value < part.end for part in study.solution.settable_ranges)
-    left = stable_right != towards_stable
+    left = stable_right != of_design
     if needed > (share if left else 1 - share):
         left = share > 1 - share
     axes.annotate(
         text,
-        (value, height),
+        (value, 0.03 if of_design else 0.97),
         xycoords=axes.get_xaxis_transform(),
         xytext=(-4 if left else 4, 0),
         textcoords="offset points",
         ha="right" if left else "left",
-        va=va,
-        color=color,
+        va="bottom" if of_design else "top",
+        color=Color.BLACK if of_design else Color.GREY,
         bbox=BEHIND,
         zorder=4.5,
     )
@@ -181,16 +174,7 @@ def _design(axes: Axes, study: Study) -> None:
     if design is None or not low <= design.value <= high:
         return
     axes.axvline(design.value, **DESIGN_LINE)
-    _beside(
-        axes,
-        design.value,
-        f"design {swept.stated(design.value)}",
-        0.03,
-        "bottom",
-        Color.BLACK,
-        towards_stable=True,
-        study=study,
-    )
+    _write_at_line(axes, study, design.value, f"design {swept.stated(design.value)}", of_design=True)
     around = [part for part in study.solution.settable_ranges if part.holds(design.value)]
     ends = [value for part in around for value, point in part.ends if point is not None]
     if not ends or not design.value:

@@ -32,7 +32,7 @@ from vireport.motions.orbits import Orbits
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.physics.affine import AFFINE, AFFINE_ROUNDING, Affine, between
 from vireport.physics.flight import Flight
-from vireport.physics.groups import by_wall, map_restitution
+from vireport.physics.groups import Groups, by_wall, map_restitution
 
 TIME = -1
 """The symbol of time; those before it and after the factors' are of how far the motion is from its prediction."""
@@ -89,8 +89,9 @@ def prove(region: Region, boxes: Boxes, guess: Floats) -> tuple[Mask, Floats]:
     """
     n = region.design.of_sine("a proof over tolerances").period_ratio
     with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
-        d, gbar, r = region.groups(boxes.low, boxes.high)
-        mapped, orbit, moved = _tube(d, gbar, r, n, guess)
+        groups = region.groups(boxes.low, boxes.high)
+        mapped, orbit, moved = _tube(groups, n, guess)
+        r = groups.restitution
         trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](lap_decay(r))
         lossy = np.logical_and.reduce([of_wall.upper < 1 for of_wall in by_wall(r)])
         proved = mapped & lossy & ((border - trace).lower > 0) & ((border + trace).lower > 0)
@@ -102,16 +103,16 @@ def prove(region: Region, boxes: Boxes, guess: Floats) -> tuple[Mask, Floats]:
     return proved, moved
 
 
-def _tube(d: Affine, gbar: Affine, r: Any, n: int, guess: Floats) -> tuple[Mask, Orbits, Floats]:
+def _tube(groups: Groups[Affine], n: int, guess: Floats) -> tuple[Mask, Orbits, Floats]:
     """A tube that holds a motion of every device, by Krawczyk's operator, where it succeeds; and the motion in it.
 
     Its axis is linear in the shares, by the implicit function theorem.
     """
-    factors = len(d.linear) - OTHER_SYMBOLS
+    factors = len(groups.d.linear) - OTHER_SYMBOLS
     width, slopes = np.full_like(guess, PROBE), np.zeros((len(guess), factors, guess.shape[1]))
     # The linear parts of the residuals in a narrow tube are their derivatives, by the motion and by the factors: no
     # formula for the Jacobian is needed, and a wrong one would only leave boxes open.
-    _, residual = _residual(guess, slopes, width, d, gbar, r, n)
+    _, residual = _residual(guess, slopes, width, groups, n)
     jacobian = np.stack([g.linear[factors:TIME] / PROBE for g in residual])
     singular = np.linalg.det(jacobian.T) == 0
     inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
@@ -122,7 +123,7 @@ def _tube(d: Affine, gbar: Affine, r: Any, n: int, guess: Floats) -> tuple[Mask,
     guess = guess - _applied(inverse, [g.centre for g in residual])
     width = np.zeros_like(guess)
     for _ in range(TUBES):
-        orbit, residual = _residual(guess, slopes, width, d, gbar, r, n)
+        orbit, residual = _residual(guess, slopes, width, groups, n)
         linear = _applied(inverse, [g.linear for g in residual])
         linear[:, factors:TIME] -= np.eye(3)[:, :, None] * width[:, None]  # the identity less Y times the Jacobian
         rest = _applied(np.abs(inverse), [g.radius + AFFINE_ROUNDING * (np.abs(g.centre) + g.reach) for g in residual])
@@ -140,7 +141,7 @@ def _applied(matrix: Floats, vectors: list[Floats]) -> Floats:
 
 
 def _residual(
-    guess: Floats, slopes: Floats, width: Floats, d: Affine, gbar: Affine, r: Any, n: int
+    guess: Floats, slopes: Floats, width: Floats, groups: Groups[Affine], n: int
 ) -> tuple[Orbits, tuple[Affine, Affine, Affine]]:
     """The motions in a tube of (q - 1/2, phase, velocity), and by how much they miss Eqs. (3.9), (3.10) and (3.11).
 
@@ -156,7 +157,7 @@ def _residual(
     top = phi + ops.pi * period * u  # less n half turns, which are a sign
     sin_phi, cos_phi, sin_top, cos_top = ops.sin(phi), ops.cos(phi), (-1) ** n * ops.sin(top), (-1) ** n * ops.cos(top)
     up, down = n + period * u, n - period * u
-    bottom, at_top = by_wall(r)
+    d, gbar, (bottom, at_top) = groups.d, groups.gbar, by_wall(groups.restitution)
     # Of membranes that are not alike, an impact at the bottom takes as much momentum as one at the top that is faster
     # by this factor.
     share: Any = 1 if bottom is at_top else (1 + bottom) / (1 + at_top)

@@ -14,7 +14,7 @@ from vireport.base.records import brief
 from vireport.design.devices import FACTOR_OF, Floats, factor_of
 from vireport.physics.affine import AFFINE, Affine, between
 from vireport.physics.device import RESTITUTIONS, Device
-from vireport.physics.groups import Restitutions
+from vireport.physics.groups import Groups, Restitutions
 from vireport.physics.numbers import ARRAYS
 from vireport.scenario.parameters import DesignInput
 
@@ -91,8 +91,8 @@ class Region(Struct, frozen=True, eq=False):
         moved = both - self.design.value_of(DesignInput.RESTITUTION)
         return Restitutions(bottom + moved, top + moved)
 
-    def groups(self, low: Floats, high: Floats) -> tuple[Affine, Affine, Any]:
-        """(d, gbar, r) of all devices in boxes of shares, ends of shape (factors, k), Eqs. (2.5), (2.6)."""
+    def groups(self, low: Floats, high: Floats) -> Groups[Affine]:
+        """The groups of all devices in boxes of shares, ends of shape (factors, k), Eqs. (2.5), (2.6)."""
         # Inputs of one factor share a symbol, so that what they do to d and to gbar is bounded together.
         x: dict[DesignInput, Affine] = {}
         symbols = self.factors + OTHER_SYMBOLS
@@ -105,7 +105,7 @@ class Region(Struct, frozen=True, eq=False):
         restitution = self._restitution(*(x[varied] for varied in RESTITUTIONS))
         if self.design.recoils:
             mass_over_force = (x[DesignInput.CAPSULE_MASS] + self.design.ball_mass_kg) / x[DesignInput.AMPLITUDE]
-        return d, self.design.gravity_m_s2 * mass_over_force * sine, restitution
+        return Groups(d, self.design.gravity_m_s2 * mass_over_force * sine, restitution)
 
     @property
     def faces(self) -> tuple[Boxes, Floats]:
