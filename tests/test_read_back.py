@@ -113,7 +113,7 @@ def test_a_run_of_an_example_says_what_is_kept(name: str) -> None:
 
 @pytest.mark.slow
 def test_of_many_families_a_page_says_how_many_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vireport.motions.families.MOST_SHOWN", 1)
+    monkeypatch.setattr("vireport.motions.families.MOST_PRINTED", 1)
     study = study_of("a slow sweep, simulated")
     said = lines_of(render_html(Report(study, {}, provenance_of(study.loaded, "vireport run x.yaml"))))
     assert len(study.atlas.families) == 3

@@ -56,7 +56,7 @@ from shown_tables import (
 from vireport.comparison.comparison import Comparison, compare
 from vireport.comparison.outputs import comparison_provenance, terminal_summary
 from vireport.comparison.pages import ComparisonReport
-from vireport.figures.captions import alt_text, pictured, shown_along
+from vireport.figures.captions import alt_text, caption_facts, pictured
 from vireport.figures.curves import simulated_points
 from vireport.figures.pictures import pictures
 from vireport.figures.style import Picture
@@ -607,7 +607,7 @@ def cells_of(row: str) -> list[str]:
 def test_captions_of_figures_along_the_sweep_have_the_numbers_of_the_results(name: str) -> None:
     study, wrong = study_of(name), []
     for figure, said in along_the_sweep(results_of(name)):
-        shown = shown_along(study, Task(figure), simulated_points(study))
+        shown = caption_facts(study, Task(figure), simulated_points(study))
         text = f"{pictured(Task(figure), shown, Figure).caption} {alt_text(Task(figure), shown)}"
         wrong += [f"{figure}: {fault}" for fault in [said.faults(text)] if fault]
         if figure == "figure-2":

@@ -25,7 +25,7 @@ from vireport.design.outcomes_from_rest import outcomes_at
 from vireport.design.point import motions_at
 from vireport.design.solution import solution_of
 from vireport.design.switched_on import switched_on_at_once
-from vireport.figures.captions import shown_along
+from vireport.figures.captions import caption_facts
 from vireport.figures.curves import simulated_points
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
@@ -125,7 +125,7 @@ def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_h
     far = (np.abs(rows[bottom, VELOCITY] / velocity - 1) > 0.01) | (np.abs(rows[bottom, PHASE] - phase) > 0.01)
     settled = time[bottom][np.flatnonzero(far)[-1] + 1]
     told = found(device)
-    assert told.reached
+    assert told.is_one_to_one
     assert told.settles_after == ceil(settled)
 
 
@@ -133,7 +133,7 @@ def test_the_periods_until_settled_are_those_after_which_impacts_stay_within_a_h
 def test_a_seventh_of_the_force_sweep_of_the_paper_is_not_reached_from_rest() -> None:
     values = np.linspace(3.0, 5.35, 2001)
     outcomes = list(outcomes_at(PAPER, Parameter.AMPLITUDE, values, True))
-    missed = np.mean([not outcome.reached for outcome in outcomes])
+    missed = np.mean([not outcome.is_one_to_one for outcome in outcomes])
     assert 0.12 < missed < 0.16
 
 
@@ -167,7 +167,7 @@ def test_a_start_beside_the_motion_reaches_it_at_once() -> None:
     groups = solution.device.groups(Parameter.LENGTH, 0.7).as_floats()
     start = (float(BOTTOM), 0.0, float(motions.velocity_bottom[0]), float(motions.phi_bottom[0]))
     told = started(start, StartingDevice(groups, Target.of(motions)), False)
-    assert told.reached
+    assert told.is_one_to_one
     assert told.settles_after == 0
 
 
@@ -302,7 +302,7 @@ def sweep(name: str, *changes: str):
 def test_what_a_ball_from_rest_comes_to_is_the_stable_motion(name: str, found: int) -> None:
     along, checked = sweep(name), 0
     for met in attractors_from_rest(along):
-        if not met.end.reached:
+        if not met.end.is_one_to_one:
             continue
         cycle = met.motion
         assert cycle is not None
@@ -349,13 +349,13 @@ def test_a_short_look_tells_what_following_to_the_end_tells(name: str) -> None:
 
 def test_circles_are_said_to_be_of_a_ball_from_rest_where_no_simulation_is_asked_for() -> None:
     study = analyse(load(EXAMPLES / "inclined.yaml"), ("png",))
-    shown = shown_along(study, Task.FIGURE_2, simulated_points(study))
+    shown = caption_facts(study, Task.FIGURE_2, simulated_points(study))
     caption = Words("figures/sweep")("figure_2_caption", shown)
     values = sum(met.motion is not None and met.motion.word == "BT" for met in study.attractors_from_rest)
     assert f"impacts of periodic motions that a ball from rest comes to at {values} values" in caption
     asked = analyse(load(EXAMPLES / "inclined.yaml", ("simulation.samples=3", "simulation.starts=1")), ("png",))
     assert asked.attractors_from_rest == ()
-    caption = Words("figures/sweep")("figure_2_caption", shown_along(asked, Task.FIGURE_2, simulated_points(asked)))
+    caption = Words("figures/sweep")("figure_2_caption", caption_facts(asked, Task.FIGURE_2, simulated_points(asked)))
     assert "impacts of periodic motions at 2 values" in caption
 
 

@@ -192,8 +192,8 @@ def test_what_is_reached_from_rest_is_listed() -> None:
         end = from_rest(
             StartingDevice(device.groups(Parameter.LENGTH, device.length_m).as_floats(), Target.of(motions))
         )
-        reached += end.reached
-        if end.reached:
+        reached += end.is_one_to_one
+        if end.is_one_to_one:
             assert end.cycle is None, device  # come near to one that is listed
 
 

@@ -7,16 +7,16 @@ import pytest
 from figure_cases import ROOT, assert_readable, study_of, texts_of
 
 from vireport.figures.device import (
+    drawn_motion,
     figure_device,
     picture,
-    shown_motion,
 )
 from vireport.scenario.loading import load
 from vireport.study.study import analyse
 
 
 def test_the_stable_motion_is_shown() -> None:
-    words, _, _ = shown_motion(study_of("inclined"))
+    words, _, _ = drawn_motion(study_of("inclined"))
     assert words == "stable node"
     assert words in picture(study_of("inclined")).caption
 
@@ -24,7 +24,7 @@ def test_the_stable_motion_is_shown() -> None:
 @pytest.mark.slow
 def test_where_the_1_1_motion_is_unstable_the_stable_motion_of_other_impacts_is_shown() -> None:
     study = analyse(load(ROOT / "examples" / "hysteresis.yaml", ("simulation=",)), ["json"])
-    word, other, (time, distance) = shown_motion(study)
+    word, other, (time, distance) = drawn_motion(study)
     assert (word, other) == ("BBT", True)
     assert [np.sum(np.abs(distance - end) < 1e-9) for end in (0, 1)] == [2 * 2, 2]
     assert time[-1] == pytest.approx(1)

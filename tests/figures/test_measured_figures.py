@@ -103,7 +103,7 @@ def test_directions_are_told_apart_and_what_does_not_repeat_is_dots():
 def test_bars_are_of_95_per_cent():
     from matplotlib.figure import Figure
 
-    shown = study().measured[0].impacts_shown
+    shown = study().measured[0].drawn_impacts
     for k, mark in enumerate(impact_marks(study().measured, speed, ("b", "t"))):
         assert mark.high - mark.low == pytest.approx(2 * BAR * shown.errors[0][k : k + 1])
     axes = Figure().add_subplot()
@@ -119,7 +119,7 @@ def test_measured_impacts_stand_at_those_of_a_portrait():
     device = study().solution.device
     groups = device.groups(Parameter.LENGTH, 0.72).as_floats()
     motion = portrait(groups, [Impact(BOTTOM, 1.0, 0.3)])
-    own = study().measured[0].impacts_shown
+    own = study().measured[0].drawn_impacts
     t, places = measured_times(motion, own)
     at = arrivals(motion)
     for time, place in zip(t, places, strict=True):

@@ -35,7 +35,7 @@ from vireport.figures.portraits import (
     capsule,
     figure_3,
     figure_6,
-    portraits_shown,
+    portrait_facts,
     rides,
     short,
 )
@@ -150,7 +150,7 @@ def test_what_is_not_periodic_is_drawn_and_named() -> None:
         assert any(rest.attractor.outcome.value in text for text in texts_of(drawn))
         marks = of_look(drawn.axes[panels // 2 - 1], BOTTOM_IMPACT) + of_look(drawn.axes[panels // 2 - 1], TOP_IMPACT)
         assert sum(map(len, marks)) == len(arrivals(chaotic)) > 3
-    told = alt_text(Task.FIGURE_3, portraits_shown(Task.FIGURE_3, [chaotic, rest], []))
+    told = alt_text(Task.FIGURE_3, portrait_facts(Task.FIGURE_3, [chaotic, rest], []))
     assert "Lyapunov exponent" in told
     assert not re.search(r"\b(nan|inf|None)\b|None", told)
 

@@ -132,7 +132,7 @@ def test_limits_and_the_objective_are_named_in_the_words_of_the_templates(tmp_pa
     (tmp_path / "words" / "optimise.j2").write_text(words)
     reworded = opening.worded(tmp_path)
     assert limits.replace("the upper limit of", "the top of") in [text for _, text in reworded.facts]
-    (length, frequency) = (f"{value:.3g}" for value in result.problem.values(result.shown.t))
+    (length, frequency) = (f"{value:.3g}" for value in result.problem.values(result.reported.t))
     assert reworded.sentence == f"Best: length of {length} m, frequency of {frequency} Hz."
     (table, *_), _ = outputs.section(result, tmp_path)
     assert [column.title for column in table.columns][1:3] == ["Value", "Before"]

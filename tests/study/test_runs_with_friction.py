@@ -8,7 +8,7 @@ import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
 
-from vireport.figures.device import shown_motion
+from vireport.figures.device import drawn_motion
 from vireport.motions.events import Event
 from vireport.physics.device import Device
 from vireport.report.changes.quantities import ComparedScenario
@@ -53,7 +53,7 @@ def test_a_run_has_motions_margins_effects_and_says_what_it_leaves_out(rubbed) -
 
 
 def test_the_path_that_is_drawn_ends_on_the_membranes(rubbed) -> None:
-    _, _, (_, distance) = shown_motion(rubbed)
+    _, _, (_, distance) = drawn_motion(rubbed)
     half = len(distance) // 2
     assert distance[[0, half - 1, half, -1]] == pytest.approx([0.0, 1.0, 1.0, 0.0], abs=1e-9)
 

@@ -27,7 +27,7 @@ from vireport.design.outcomes_from_rest import OutcomeRange
 from vireport.design.plane import Plane
 from vireport.design.solution import Solution
 from vireport.design.switched_on import SwitchedOn
-from vireport.figures.captions import FILES, Circles, Extent, MeasuredShown
+from vireport.figures.captions import FILES, Circles, Extent, MeasuredPoints
 from vireport.map.cells.cells import AxisName
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import NoFit, Open, Unfit
@@ -119,7 +119,7 @@ def check(**given: object) -> SimpleNamespace:
     """A simulation that found every stable motion again, and some other motions."""
     others = tuple(thing(count=count, name=name) for count, name in ((4, "BBT"), (3, "BTBT"), (2, "chaos"), (1, "B")))
     usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
-    usual |= {"trials": 20, "reached": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": others, "values": [0]}
+    usual |= {"trials": 20, "arrivals": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": others, "values": [0]}
     return thing(**usual | given, others=others)
 
 
@@ -330,7 +330,7 @@ FREQUENCY = thing(quantity="frequency", show=lambda value, error: f"{value:g} Hz
 ANGLE = thing(quantity="inclination", show=lambda value, error: f"{rounded_text(value, error)}°")
 USE = thing(relative=0.0123, parameter=FREQUENCY)
 AT_2_HZ = thing(evidence=thing(solution=thing(device=thing(frequency_hz=2.0))))
-PLACED = thing(place=lambda end: "1.91 Hz", end_shown=lambda part, side: ("1.5 Hz", "2.5 Hz")[side], inequality=str)
+PLACED = thing(place=lambda end: "1.91 Hz", end_text=lambda part, side: ("1.5 Hz", "2.5 Hz")[side], inequality=str)
 PART = thing(parameter=FREQUENCY, start_point=thing(event=Event.FOLD), end_point=thing(event=Event.GRAZING))
 OPENING_SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("word", (thing(word="Stable"),), "Stable"),
@@ -1117,8 +1117,8 @@ def misfit(accepted: bool = False, **of: object) -> SimpleNamespace:
 
 BOTH = (Unknown.RESTITUTION_BOTTOM, 0.01), (Unknown.LENGTH, -0.02)
 SAID += [
-    ("measured", "points", (MeasuredShown(3, ("BT", "BBT"), 1, True),)),
-    ("measured", "points", (MeasuredShown(1, (), 0, False),)),
+    ("measured", "points", (MeasuredPoints(3, ("BT", "BBT"), 1, True),)),
+    ("measured", "points", (MeasuredPoints(1, (), 0, False),)),
     ("measured", "reason", (record(unfit=NoFit(Unfit.SCATTER, 0.02)),)),
     ("measured", "reason", (record(unfit=NoFit(Unfit.RESTITUTION, 1.2)),)),
     ("measured", "reason", (record(unfit=NoFit(Unfit.GAPS, 0.2)),)),

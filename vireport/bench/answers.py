@@ -112,7 +112,7 @@ def study_answer(study: Study) -> dict[str, Any]:
             ],
         },
         "digits": study.evidence.exactness.digits,
-        "results": {name: part for name, part in study.to_dict(shown=True).items() if name not in DRAWN_BEFORE},
+        "results": {name: part for name, part in study.to_dict(printed=True).items() if name not in DRAWN_BEFORE},
         "left_out": [
             {"what": step.task.what, "why": step.why} for step in study.plan.left_out if step.task not in OF_REPORTS
         ],
@@ -224,7 +224,7 @@ def _at_design(solution: Solution) -> dict[str, Any]:
         return {"motions": None, "shown": None, "path": None}
     motions = design.motions
     columns = {"family": list(design.families), **motion_columns(motions, design.voltages_by_motion)}
-    row = motions.shown_row
+    row = motions.drawn_row
     if row is None:
         return {"motions": columns, "shown": None, "path": None}
     path = ball_path(solution.device, design.parameter, motions, row)

@@ -18,7 +18,7 @@ from vireport.comparison.comparison import (
     left_out,
 )
 from vireport.comparison.ranking import Merit
-from vireport.figures.captions import about, alt_text, held, shown_along, swept_range, title_of
+from vireport.figures.captions import about, alt_text, caption_facts, held, swept_range, title_of
 from vireport.figures.curves import simulated_points
 from vireport.figures.layout import letter_of
 from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
@@ -203,7 +203,7 @@ def _caption(figure: Task, page: Columns, templates: Path | None) -> str:
 def _alt(figure: Task, page: Columns, templates: Path | None) -> str:
     """Describe a figure to those who cannot see it."""
     columns = [
-        _said("column_alt", name, alt_text(figure, shown_along(drawing.study, figure, drawing.simulated), templates))
+        _said("column_alt", name, alt_text(figure, caption_facts(drawing.study, figure, drawing.simulated), templates))
         for name, drawing in page.items()
     ]
     across = _said("columns" if len(page) > 1 else "one_column", len(page))

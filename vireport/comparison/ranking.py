@@ -260,7 +260,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
         Merit.STABILITY: float(stable and Conclusion.NOT_VERIFIED not in study.verdict.conclusions),
         Merit.FROM_REST: None
         if switched_on is None or switched_on.from_rest is None
-        else float(switched_on.from_rest.reached),
+        else float(switched_on.from_rest.is_one_to_one),
         Merit.RECOVERY: None if switched_on is None or switched_on.recovery is None else -switched_on.recovery.periods,
         Merit.SHOCK: None if shock is None else min(shock, tried),
         Merit.MARGIN: room,

@@ -93,7 +93,7 @@ LOST = 1e-3
 """What rounding may have become on the way [rad, y_c], up to which the outcome is that of the true motion. Beyond it
 the way is gone again, a few roundings off, and must end alike."""
 
-LONGEST_SHOWN = 16
+LONGEST_PRINTED = 16
 """Letters of a word that are shown of a motion with rest."""
 
 
@@ -183,7 +183,7 @@ class FromRest(Struct, frozen=True):
         return cls(Destination.CHAOTIC if chaotic else Destination.UNDECIDED, creeping=outcome is Outcome.CREEPING)
 
     @property
-    def reached(self) -> bool:
+    def is_one_to_one(self) -> bool:
         """Whether it comes to a 1:1 motion."""
         return self.destination is Destination.ONE_TO_ONE
 
@@ -212,7 +212,7 @@ class FromRest(Struct, frozen=True):
         if self.destination is not Destination.REST_CYCLE:
             return word_name(self.word, self.periods)
         often = f"{self.periods} forcing periods" if self.periods > 1 else "forcing period"
-        return f"rest every {often}" + (f" ({self.word})" if len(self.word) <= LONGEST_SHOWN else "")
+        return f"rest every {often}" + (f" ({self.word})" if len(self.word) <= LONGEST_PRINTED else "")
 
 
 NAMES = {
@@ -266,7 +266,7 @@ def pressed_outcomes(device: StartingDevice, compiled: bool) -> list[tuple[float
         (share, started((float(BOTTOM), 0.0, 0.0, phase), device, compiled, released=True))
         for phase, share, _ in presses(device.groups)
     ]
-    return sorted(ends, key=lambda end: end[1].reached)
+    return sorted(ends, key=lambda end: end[1].is_one_to_one)
 
 
 def started(

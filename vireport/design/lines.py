@@ -72,7 +72,7 @@ class Line(Enum):
 LINES = tuple(Line)
 
 
-class AlongLine(Struct, frozen=True, eq=False):
+class LineModel(Struct, frozen=True, eq=False):
     """How the groups of a device change along a line through it, in a kind of number.
 
     Attributes
@@ -204,12 +204,12 @@ def line_of(varied: DesignInput, device: Device) -> Line:
     return next(line for line in Line if varied in line.value)
 
 
-def model_on_line(line: Line, device: Device, ops: Any) -> AlongLine:
+def model_on_line(line: Line, device: Device, ops: Any) -> LineModel:
     """A line through a device with all inputs, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
     rubbed = (ops.exact(device.friction), _upright(device, ops)) if device.rubs else (0, 0)
-    return AlongLine(line, groups.as_floats() if ops is FLOATS else groups, ops, share, rubbed)
+    return LineModel(line, groups.as_floats() if ops is FLOATS else groups, ops, share, rubbed)
 
 
 def _upright(device: Device, ops: Any) -> Any:

@@ -83,10 +83,10 @@ class Margin(Struct, frozen=True, eq=False):
     by_harmonics: dict[int, tuple[float, float] | None] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        return f"<Margin to {self.shown}>"
+        return f"<Margin to {self.text}>"
 
     @property
-    def shown(self) -> str:
+    def text(self) -> str:
         """The critical point and its place as text, with the distance in per cent or, where there is none, its unit."""
         away = self.parameter.signed(self.distance) if self.relative is None else percent(self.relative, signed=True)
         return f"{self.name} at {self.parameter.place(self.sweep_value, OF_A_MODEL)} ({away})"
@@ -310,7 +310,7 @@ def differentiated(harmonics: Sequence[Harmonic], more: Sequence[Harmonic] = HAR
     return *harmonics, *(harmonic for harmonic in more if harmonic.order not in {other.order for other in harmonics})
 
 
-class OwnGroups:
+class VariedGroups:
     """Groups whose numbers are themselves the variables: a `Variation` with the identity for slopes."""
 
     def __init__(self, groups: Groups[Any]) -> None:
@@ -364,7 +364,7 @@ def normal_of(
     if event is Event.GRAZING and not rests:
         condition = held_at_once(motion.time, groups)
     _, gradient = condition.linearised(motion.word, x, groups, np.eye(len(groups.numbers)))
-    gradients = np.vstack([linearised(motion.word, x, OwnGroups(groups))[1], gradient])
+    gradients = np.vstack([linearised(motion.word, x, VariedGroups(groups))[1], gradient])
     if not np.isfinite(gradients).all():
         return np.full(len(groups.numbers), np.nan)
     unknowns = 2 * len(motion.word)

@@ -62,23 +62,23 @@ class StableInterval(Struct, frozen=True, eq=False):
     off: tuple[float, float] = NO_TOLERANCE
 
     def __repr__(self) -> str:
-        return f"<StableInterval {self.shown()}>"
+        return f"<StableInterval {self.text()}>"
 
     @property
     def ends(self) -> tuple[tuple[float, Point | None], tuple[float, Point | None]]:
         """Both ends, each with the critical point there."""
         return (self.start, self.start_point), (self.end, self.end_point)
 
-    def ends_shown(self, error: Exactness = OF_A_MODEL) -> tuple[str, str]:
+    def end_texts(self, error: Exactness = OF_A_MODEL) -> tuple[str, str]:
         """Both ends as text: a critical point with the digits that its error leaves, the end of a sweep as stated."""
         texts = zip(apart((self.start, self.end), error), self.ends, strict=True)
         start, end = (exact(value) if point is None else text for text, (value, point) in texts)
         return self.parameter.with_unit(start), self.parameter.with_unit(end)
 
-    def shown(self, error: Exactness = OF_A_MODEL) -> str:
+    def text(self, error: Exactness = OF_A_MODEL) -> str:
         """The range as text, strict at a critical point."""
         low, high = ("≤" if point is None else "<" for _, point in self.ends)
-        start, end = self.ends_shown(error)
+        start, end = self.end_texts(error)
         return f"{start} {low} {self.parameter.symbol} {high} {end}"
 
     @property
@@ -145,7 +145,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
         ]
         if self.u_ave_v is not None:
             parts.append(f"U_ave {quantity(self.u_ave_v, 'V')}")
-        parts += [f"nearest end: {self.nearest.shown}"] if self.nearest is not None else []
+        parts += [f"nearest end: {self.nearest.text}"] if self.nearest is not None else []
         return f"<DesignPoint {self.parameter.place(self.value)}: {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
@@ -167,7 +167,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
             for row, words in enumerate(motions.words)
         ]
         heads = ("Type", "Admissible", "q", "φ bottom [rad]", "Ż bottom [y_c]", "Ż top [y_c]", "U_ave")
-        margins = [(margin.parameter.quantity, margin.shown) for margin in self.limits()]
+        margins = [(margin.parameter.quantity, margin.text) for margin in self.limits()]
         ends = html_table(("Input", "Nearest ends of stable motion"), margins) if margins else ""
         return f"<p>{escape(repr(self)[1:-1])}</p>\n{html_table(heads, rows)}\n{ends}"
 

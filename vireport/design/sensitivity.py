@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from vireport.design.margins import OwnGroups
+from vireport.design.margins import VariedGroups
 from vireport.design.point import motions_at
 from vireport.motions.one_to_one import Motions
 from vireport.motions.orbits import Dynamics, Friction, orbits_of
@@ -139,7 +139,7 @@ def _input_error_of_law(device: Device, motions: Motions) -> Floats:
     for row in range(len(motions)):
         motion = motions.motion(row, n)
         x = np.concatenate([motion.velocity, motion.time, groups.numbers])
-        _, matrix = linearised(motion.word, x, OwnGroups(groups))
+        _, matrix = linearised(motion.word, x, VariedGroups(groups))
         unknowns = 2 * len(motion.word)
         try:
             moved = np.linalg.solve(

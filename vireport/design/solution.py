@@ -69,7 +69,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
         parts = []
         if self.sweep is not None:
             labels = " ".join(point.label for point in self.critical_points)
-            ranges = " and ".join(part.shown() for part in self.stable_ranges)
+            ranges = " and ".join(part.text() for part in self.stable_ranges)
             parts += [f"{len(self.branches)} branches", f"critical points {labels or 'none'}"]
             parts.append(f"stable for {ranges}" if ranges else "nowhere stable")
         if self.design is not None:

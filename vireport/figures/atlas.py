@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vireport.figures.captions import conditions, held, measured_shown, pictured
+from vireport.figures.captions import conditions, held, measured_caption, pictured
 from vireport.figures.curves import DrawnCurve, Floats, joined
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
@@ -84,16 +84,16 @@ def picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Pictur
         "held": held(study),
         "swept": atlas.sweep.parameter,
         "simulated": study.crosscheck is not None,
-        "measured": measured_shown(study),
+        "measured": measured_caption(study),
         "families": len(families),
         "found": len(atlas.families),
-        "vertices": len(_shown_vertices(atlas)),
+        "vertices": len(_drawn_vertices(atlas)),
         "stable": sorted(words, key=lambda word: (len(word), word)),
     }
     return pictured(Task.FIGURE_ATLAS, facts, figure_atlas(study, atlas), templates)
 
 
-def _shown_vertices(atlas: Atlas) -> list[Point]:
+def _drawn_vertices(atlas: Atlas) -> list[Point]:
     """The vertices of the families that are shown."""
     numbers = {family.number for family in atlas.printed_families}
     return [vertex for vertex in atlas.vertices if not numbers.isdisjoint(vertex.families)]
@@ -110,7 +110,7 @@ def figure_atlas(study: Study, atlas: Atlas) -> Figure:
         if simulated:
             axes.add_artist(Line2D(*(np.concatenate(column) for column in zip(*simulated, strict=True)), **SIMULATED))
         entries = _measured(axes, axis, study)
-        labels = _vertices(axes, axis, families, _shown_vertices(atlas))
+        labels = _vertices(axes, axis, families, _drawn_vertices(atlas))
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
         axis.dress([axes])

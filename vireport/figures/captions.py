@@ -170,7 +170,7 @@ class Circles(Struct, frozen=True):
     from_rest: bool
 
 
-class MeasuredShown(Struct, frozen=True):
+class MeasuredPoints(Struct, frozen=True):
     """What was measured, as a figure shows it: values of the swept parameter, the words there, and what has none.
 
     Attributes
@@ -191,7 +191,7 @@ class MeasuredShown(Struct, frozen=True):
     ways: bool
 
 
-def measured_shown(study: Study) -> str:
+def measured_caption(study: Study) -> str:
     """What of the measured impacts is in a figure, in words; "" where nothing is."""
     drawable = [at for at in study.measured if at.measured is not None]
     if not drawable:
@@ -199,10 +199,10 @@ def measured_shown(study: Study) -> str:
     words = dict.fromkeys(at.motion.word.letters for at in drawable if at.motion is not None)
     loose = sum(at.motion is None for at in drawable)
     ways = {Approach.UP, Approach.DOWN} <= {at.direction for at in drawable}
-    return Words("measured")("points", MeasuredShown(len(drawable), tuple(words), loose, ways))
+    return Words("measured")("points", MeasuredPoints(len(drawable), tuple(words), loose, ways))
 
 
-def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> dict[str, Any]:
+def caption_facts(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> dict[str, Any]:
     """What figure 2, 4 or 7 shows of a study, for its words."""
     solution, parts = study.solution, stretches(study.solution)
     swept, membrane = solution.parameter, solution.membrane
@@ -226,7 +226,7 @@ def shown_along(study: Study, figure: Task, simulated: PairedImpacts | None = No
         "ball_mass_kg": membrane.ball_mass_kg if membrane is not None else None,
         "bias_v": membrane.bias_voltage_v if membrane is not None else None,
         "simulated": _circles(study, figure, simulated),
-        "measured": measured_shown(study),
+        "measured": measured_caption(study),
     }
 
 
@@ -235,7 +235,7 @@ def _share_from_rest(study: Study) -> float | None:
     over_sweep = study.switched_on.over_sweep if study.switched_on is not None else ()
     if not over_sweep:
         return None
-    reached = sum(stretch.end - stretch.start for stretch in over_sweep if stretch.outcome.reached)
+    reached = sum(stretch.end - stretch.start for stretch in over_sweep if stretch.outcome.is_one_to_one)
     return reached / (over_sweep[-1].end - over_sweep[0].start)
 
 

@@ -65,7 +65,7 @@ ARROW = {"arrowstyle": "<->", "color": Color.BLACK, "linewidth": 0.9, "shrinkA":
 
 def picture(study: Study, templates: Path | None = None) -> Picture:
     """The figure with its words."""
-    motion = shown_motion(study)
+    motion = drawn_motion(study)
     facts = {"dimensions": list(dict.fromkeys([*held(study), *_masses(study)])), "motion": "", "other": False}
     if motion is not None:
         words, other, (time, distance) = motion
@@ -78,7 +78,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture:
 
 def figure_device(study: Study) -> Figure:
     """The sketch of the device, and beside it the path of the ball if there is a motion at the design point."""
-    motion = shown_motion(study)
+    motion = drawn_motion(study)
     parts = 1 if motion is None else 2
     columns = columns_of(parts)
     rows = parts // columns
@@ -92,7 +92,7 @@ def figure_device(study: Study) -> Figure:
         return finished(figure, HEIGHT * rows, [(", ".join(_masses(study)), Color.BLACK)], [legend])
 
 
-def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
+def drawn_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
     """The motion at the design point that is shown: its type or word, whether it is no 1:1 motion, and its path.
 
     It is a stable 1:1 motion if there is one, else a stable motion with other impacts, else an unstable 1:1 motion.
@@ -109,7 +109,7 @@ def shown_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
         portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
         word = motion.word.letters
         return word, True, (periods(portrait.time), 0.5 - portrait.position / portrait.d)
-    row = motions.shown_row
+    row = motions.drawn_row
     if row is None:
         return None
     whole = ball_path(study.solution.device, design.parameter, motions, row)

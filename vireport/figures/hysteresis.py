@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vireport.figures.captions import conditions, held, measured_shown, pictured
+from vireport.figures.captions import conditions, held, measured_caption, pictured
 from vireport.figures.curves import DrawnCurve, joined
 from vireport.figures.diagram import one_to_one_curves
 from vireport.figures.labels import Label
@@ -58,7 +58,7 @@ def picture(study: Study, slowly: Hysteresis, templates: Path | None = None) -> 
         "swept": study.solution.parameter,
         "jumps": sum(len(course.jumps) for course in slowly.courses.values()),
         "loops": slowly.loops,
-        "measured": measured_shown(study),
+        "measured": measured_caption(study),
     }
     return pictured(Task.FIGURE_HYSTERESIS, facts, figure_hysteresis(study, slowly), templates)
 

@@ -17,7 +17,7 @@ from vireport.motions.stability import eigenvalues
 from vireport.scenario.blocks import Approach
 
 if TYPE_CHECKING:
-    from vireport.study.measured import MeasuredAt, ShownImpacts
+    from vireport.study.measured import DrawnImpacts, MeasuredAt
 
 BAR = 1.96
 """Half an error bar over the standard error: 95 %."""
@@ -51,11 +51,11 @@ class Marks(Struct, frozen=True, eq=False):
 
 
 def impact_marks(
-    records: Sequence[MeasuredAt], value: Callable[[ShownImpacts], tuple[Floats, Floats]], colors: tuple[str, str]
+    records: Sequence[MeasuredAt], value: Callable[[DrawnImpacts], tuple[Floats, Floats]], colors: tuple[str, str]
 ) -> Iterator[Marks]:
     """What a panel shows of measured impacts, by a quantity with its standard errors; colours of bottom and top."""
     for at in records:
-        if (impacts := at.impacts_shown) is None:
+        if (impacts := at.drawn_impacts) is None:
             continue
         y, error = value(impacts)
         for wall, color in zip((1, -1), colors, strict=True):
@@ -66,17 +66,17 @@ def impact_marks(
             yield Marks(at, color, y[rows], y[rows] - bar, y[rows] + bar, impacts.repeats)
 
 
-def speed(impacts: ShownImpacts) -> tuple[Floats, Floats]:
+def speed(impacts: DrawnImpacts) -> tuple[Floats, Floats]:
     """Magnitude of the velocity before the impacts [y_c], with standard errors."""
     return np.abs(impacts.values[0]), impacts.errors[0]
 
 
-def phase(impacts: ShownImpacts, cut: float) -> tuple[Floats, Floats]:
+def phase(impacts: DrawnImpacts, cut: float) -> tuple[Floats, Floats]:
     """Phase of the impacts from `cut` on [rad], with standard errors."""
     return cut + (impacts.values[2] - cut) % TURN, impacts.errors[2]
 
 
-def flight(impacts: ShownImpacts) -> tuple[Floats, Floats]:
+def flight(impacts: DrawnImpacts) -> tuple[Floats, Floats]:
     """Half the time to the next impact, with standard errors."""
     return impacts.values[3] / 2, impacts.errors[3] / 2
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 
 from vireport.figures import answer, atlas, cycle, device, diagram, hysteresis, margins
-from vireport.figures.captions import held, pictured, shown_along
+from vireport.figures.captions import caption_facts, held, pictured
 from vireport.figures.curves import PairedImpacts
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture, Sheet, drawn_for
@@ -25,7 +25,7 @@ from vireport.study.study import Study, require_study
 from vireport.text.formatting import OF_A_MODEL
 
 if TYPE_CHECKING:
-    from vireport.study.measured import ShownImpacts
+    from vireport.study.measured import DrawnImpacts
 
 SAME_VALUE = 1e-9
 """Relative difference of two values of the swept parameter that are one."""
@@ -77,7 +77,7 @@ def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path 
     }
     for name, draw in drawings.items():
         if study.plan.runs(name):
-            yield pictured(name, shown_along(study, name, simulated), draw(), templates)
+            yield pictured(name, caption_facts(study, name, simulated), draw(), templates)
 
 
 def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
@@ -99,10 +99,10 @@ def _simulated(study: Study, templates: Path | None) -> Iterator[Picture]:
         yield hysteresis.picture(study, check.hysteresis, templates)
 
 
-def _measured_near(study: Study, value: float) -> ShownImpacts | None:
+def _measured_near(study: Study, value: float) -> DrawnImpacts | None:
     """The impacts that were measured at a value of the swept parameter, the first of several records."""
     near = (at for at in study.measured if isclose(at.value, value, rel_tol=SAME_VALUE) and at.measured is not None)
-    return next((at.impacts_shown for at in near), None)
+    return next((at.drawn_impacts for at in near), None)
 
 
 def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:

@@ -41,7 +41,7 @@ from vireport.text.formatting import rounded_text
 
 if TYPE_CHECKING:
     from vireport.simulation.trajectories import Portrait
-    from vireport.study.measured import ShownImpacts
+    from vireport.study.measured import DrawnImpacts
 
 SampleIndices = NDArray[np.intp]
 """Indices of samples of a portrait."""
@@ -107,7 +107,7 @@ LOOSE: Look = {
 IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
 
 
-def figure_3(portraits: Sequence[Portrait], held: str = "", measured: Sequence[ShownImpacts | None] = ()) -> Figure:
+def figure_3(portraits: Sequence[Portrait], held: str = "", measured: Sequence[DrawnImpacts | None] = ()) -> Figure:
     """Phase portraits and time series of simulated motions, as in Fig. 3: a row for each.
 
     Parameters
@@ -115,7 +115,7 @@ def figure_3(portraits: Sequence[Portrait], held: str = "", measured: Sequence[S
     portraits : sequence of Portrait
     held : str
         The parameters that they share, in words.
-    measured : sequence of ShownImpacts or None
+    measured : sequence of DrawnImpacts or None
         Impacts that were measured of each.
     """
     return _beside_phase_portraits(portraits, held, _time_series, measured=measured)
@@ -132,7 +132,7 @@ def portraits_picture(
     name: Task = Task.FIGURE_PORTRAITS,
     templates: Path | None = None,
     mass_ratio: float = 0.0,
-    measured: Sequence[ShownImpacts | None] = (),
+    measured: Sequence[DrawnImpacts | None] = (),
 ) -> Picture:
     """One of these figures with its words.
 
@@ -146,7 +146,7 @@ def portraits_picture(
         A folder whose words come before the package's own.
     mass_ratio : float
         As in `capsule`.
-    measured : sequence of ShownImpacts or None
+    measured : sequence of DrawnImpacts or None
         Impacts that were measured of each, in figures 3 and 6.
     """
     words = ", ".join(held)
@@ -157,11 +157,11 @@ def portraits_picture(
         figure = figure_3(portraits, words, measured)
     else:
         figure = figure_portraits(portraits, words)
-    facts = portraits_shown(name, portraits, held) | {"measured": sum(impacts is not None for impacts in measured)}
+    facts = portrait_facts(name, portraits, held) | {"measured": sum(impacts is not None for impacts in measured)}
     return pictured(name, facts, figure, templates)
 
 
-def portraits_shown(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
+def portrait_facts(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
     """What one of these figures shows, for its words."""
     columns = 1 if name == Task.FIGURE_6 else 2
     panels = [[letter_of(columns * k + column) for column in range(columns)] for k in range(len(portraits))]
@@ -174,7 +174,7 @@ def _beside_phase_portraits(
     held: str,
     draw: Callable[[Axes, Portrait], None],
     label: str = "",
-    measured: Sequence[ShownImpacts | None] = (),
+    measured: Sequence[DrawnImpacts | None] = (),
 ) -> Figure:
     """Two panels for each motion; the second one shares the vertical axis of the first, or has one with a label.
 
@@ -219,7 +219,7 @@ def figure_6(
     portraits: Sequence[Portrait],
     held: str = "",
     mass_ratio: float = 0.0,
-    measured: Sequence[ShownImpacts | None] = (),
+    measured: Sequence[DrawnImpacts | None] = (),
 ) -> Figure:
     """Absolute displacement of the capsule's ends and of the ball, as in Fig. 6: a panel for each motion.
 
@@ -324,11 +324,11 @@ def _displacement(axes: Axes, portrait: Portrait, mass_ratio: float) -> None:
         axes.plot(periods(time), bottom_end, **BALL)
 
 
-def _measured_entries(measured: Sequence[ShownImpacts | None]) -> list[Entry]:
+def _measured_entries(measured: Sequence[DrawnImpacts | None]) -> list[Entry]:
     return [("measured, 95 %", MEASURED)] if any(impacts is not None for impacts in measured) else []
 
 
-def _measured_states(left: Axes, right: Axes, portrait: Portrait, impacts: ShownImpacts) -> None:
+def _measured_states(left: Axes, right: Axes, portrait: Portrait, impacts: DrawnImpacts) -> None:
     """Mark the velocities just before and just after measured impacts, over the position and over time."""
     from vireport.figures.measured import LOOSE, MOST_LOOSE, bars
 
@@ -344,7 +344,7 @@ def _measured_states(left: Axes, right: Axes, portrait: Portrait, impacts: Shown
             bars(right, periods(t), values[places], error[places], look)
 
 
-def _measured_displacements(axes: Axes, portrait: Portrait, impacts: ShownImpacts, mass_ratio: float) -> None:
+def _measured_displacements(axes: Axes, portrait: Portrait, impacts: DrawnImpacts, mass_ratio: float) -> None:
     """Mark when measured impacts were, on the end of the capsule that they hit; bars are of the time."""
     from vireport.figures.measured import bars
 
@@ -354,7 +354,7 @@ def _measured_displacements(axes: Axes, portrait: Portrait, impacts: ShownImpact
         bars(axes, periods(t), x, periods(impacts.errors[2][places] / np.pi), MEASURED, across=True)
 
 
-def measured_times(portrait: Portrait, impacts: ShownImpacts) -> tuple[Floats, SampleIndices]:
+def measured_times(portrait: Portrait, impacts: DrawnImpacts) -> tuple[Floats, SampleIndices]:
     """Times of the impacts of a measured motion in the time of a portrait [t_c], and the place of each in its word.
 
     Their phases say them but for whole forcing periods, of which a motion may take several: there it is put where it

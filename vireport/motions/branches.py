@@ -61,7 +61,7 @@ class Branch(Struct, frozen=True, eq=False):
     voltages_by_motion: Voltages | None = None
 
     def __repr__(self) -> str:
-        return f"<Branch {self.number}, {self.symmetry}, {self.family.shown}>"
+        return f"<Branch {self.number}, {self.symmetry}, {self.family.text}>"
 
     @property
     def number(self) -> int:

@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 ROUNDING = 1e-9
 """Share of the sweep up to which a value beyond the end of a family counts as that end."""
 
-MOST_SHOWN = 150
+MOST_PRINTED = 150
 """Families that a page shows: as rows some three pages, as curves as many as the eye can separate. With a restitution
 near 1 there are over a thousand, which took ten times as long to draw and to set, and made a page of 44 MB."""
 
@@ -95,10 +95,10 @@ class Family(Struct, frozen=True, eq=False, dict=True):
     marks: tuple[Mark, ...]
 
     def __repr__(self) -> str:
-        return f"<Family {self.number} of {self.shown}>"
+        return f"<Family {self.number} of {self.text}>"
 
     @property
-    def shown(self) -> str:
+    def text(self) -> str:
         """A line of text: word, number of motions, range of the swept parameter and where in it they are stable."""
         swept = self.sweep.parameter
         low, high = float(self.sweep_value.min()), float(self.sweep_value.max())
@@ -319,12 +319,12 @@ class Atlas(Struct, frozen=True, eq=False):
 
     @property
     def printed_families(self) -> tuple[Family, ...]:
-        """The families on pages, at most `MOST_SHOWN`, in order of their numbers.
+        """The families on pages, at most `MOST_PRINTED`, in order of their numbers.
 
         Chosen first are those with stable motions that a device can be set to, then those of the shortest words.
         """
         first = sorted(self.families, key=lambda family: not family.settable)
-        return tuple(sorted(first[:MOST_SHOWN], key=lambda family: family.number))
+        return tuple(sorted(first[:MOST_PRINTED], key=lambda family: family.number))
 
     def at(self, value: float) -> list[tuple[Family, Motion]]:
         """Every motion at a value of the swept parameter, with its family."""

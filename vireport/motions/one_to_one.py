@@ -139,7 +139,7 @@ class Motions(Struct, frozen=True, eq=False):
         return np.asarray(self.admissible_mask & (self.stability != UNSTABLE))
 
     @property
-    def shown_row(self) -> int | None:
+    def drawn_row(self) -> int | None:
         """Row of the first stable motion, else of the first admissible one; None if none is admissible."""
         if not self.admissible_mask.any():
             return None

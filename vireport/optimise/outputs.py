@@ -81,7 +81,7 @@ DATA = BEST, UNROUNDED, "optimise.json"
 
 
 def run_of(result: SearchResult, pages: Collection[Task] = (), progress: Progress | None = None) -> Study | None:
-    """What a run finds of the design that is shown: see `SearchResult.shown`; None where there is none.
+    """What a run finds of the design that is shown: see `SearchResult.reported`; None where there is none.
 
     Parameters
     ----------
@@ -96,9 +96,9 @@ def run_of(result: SearchResult, pages: Collection[Task] = (), progress: Progres
     NumericalError
         Where a run ends with it.
     """
-    if result.shown is None:
+    if result.reported is None:
         return None
-    return analyse(loads(result.problem.scenario_text(result.shown.t), BEST), pages or (Task.JSON,), progress)
+    return analyse(loads(result.problem.scenario_text(result.reported.t), BEST), pages or (Task.JSON,), progress)
 
 
 def files(
@@ -149,7 +149,7 @@ def section(result: SearchResult, templates: Path | None = None) -> tuple[tuple[
 
 def optimise_json(result: SearchResult, study: Study | None, provenance: Provenance) -> bytes:
     """The result as JSON, one top-level key a line; `study` is `run_of` it."""
-    problem, evidence, design = result.problem, result.evidence, result.shown
+    problem, evidence, design = result.problem, result.evidence, result.reported
 
     def data(point: JudgedDesign | None) -> SearchedDesign | None:
         return None if point is None else _data(result, point, study if point is design else point.study)
@@ -237,14 +237,14 @@ def text(result: SearchResult, study: Study | None, templates: Path | None = Non
 
 def opening(result: SearchResult, study: Study | None) -> Opening:
     """What page and terminal begin with: the design, and what a run says of it; `study` is `run_of` it."""
-    if result.best is None or result.shown is None or study is None:
+    if result.best is None or result.reported is None or study is None:
         name = "none_stable" if result.nearest is None else "none_meets" if result.evidence.complete else "none_judged"
         missed = Statement(Status.BAD, _said("shortcoming", _shortcoming(result)))
         return Opening(Status.BAD, _said("word_none"), _said(name), (missed,))
-    run, values = study.opening, _values(result, result.shown)
+    run, values = study.opening, _values(result, result.reported)
     ends = [
         _said("at_upper" if upper else "at_lower", path.rpartition(".")[2])
-        for path, upper in result.problem.at_limits(result.shown.t)
+        for path, upper in result.problem.at_limits(result.reported.t)
     ]
     limits = [Statement(Status.NEUTRAL, _said("limits", ends))] if ends else []
     grave = [fact for fact in run.facts if fact.status in (Status.BAD, Status.CAUTION)]
@@ -257,7 +257,7 @@ def opening(result: SearchResult, study: Study | None) -> Opening:
 
 def _tiles(result: SearchResult, study: Study) -> Iterator[Statement]:
     """Those of a run; the objective instead of the range, where neither the sentence nor another number is that."""
-    objective, design, run = result.problem.objective, cast(JudgedDesign, result.shown), study.opening
+    objective, design, run = result.problem.objective, cast(JudgedDesign, result.reported), study.opening
     if objective.path is not None or objective is Objective.U_AVE:
         yield from run.tiles
         return
@@ -294,8 +294,8 @@ def _with_unit(path: DesignPath, value: float) -> str:
 
 def _parts(result: SearchResult, say: Words) -> Iterator[str | Table]:
     """The inputs of the design, what is required by default, what is known of others, and what a margin costs."""
-    if result.shown is not None:
-        yield _table(result, result.shown, say)
+    if result.reported is not None:
+        yield _table(result, result.reported, say)
     problem = result.problem
     if problem.usual:
         yield say(
@@ -319,7 +319,9 @@ def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
             *map(stated_text, sorted((varied.from_, varied.to))),
             say({True: "upper", False: "lower", None: "inside"}[ends.get(varied.path)]),
         )
-        for varied, value, now in zip(problem.design.vary, problem.values(point.t).tolist(), problem.given, strict=True)
+        for varied, value, now in zip(
+            problem.design.vary, problem.values(point.t).tolist(), problem.stated, strict=True
+        )
     )
     note = "" if best is None else say("rounded" if built is not None else "not_rounded")
     first, *between, last = _said("heads").parts(say.templates)
@@ -336,7 +338,7 @@ def _in_unit(result: SearchResult, value: float, exactness: Exactness = OF_A_MOD
 
 def _evidence(result: SearchResult, say: Words) -> Iterator[str]:
     """What is known of other designs; optimise.json has all numbers."""
-    evidence, cells, design = result.evidence, f"{prod(result.evidence.counts):,}", result.shown
+    evidence, cells, design = result.evidence, f"{prod(result.evidence.counts):,}", result.reported
     if evidence.yielding is not None:
         yield say("yielding", percent(evidence.yielding))
     elif evidence.tolerated == 0:

@@ -162,8 +162,8 @@ class Problem(Struct, frozen=True):
         return tuple(varied.path for varied in self.design.vary)
 
     @property
-    def given(self) -> list[float]:
-        """What these are in the scenario."""
+    def stated(self) -> list[float]:
+        """The values that the scenario states of the inputs that vary."""
         data = to_dict(self.loaded.scenario) | {"measured": None}  # of another device
         return [float(cast(Any, reduce(dict.__getitem__, path.split("."), data))) for path in self.paths]
 
@@ -247,7 +247,7 @@ class Problem(Struct, frozen=True):
         """
         if self.names_words or value_at(self.loaded.scenario, "disturbances") is not None:
             return None
-        return next(self.designs(t[None]).from_rest()).reached
+        return next(self.designs(t[None]).from_rest()).is_one_to_one
 
     def value_of(self, study: Study, t: Floats) -> float:
         """The signed objective of a design t (inputs,), by its results: that of its worst stable motion."""

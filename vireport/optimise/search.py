@@ -127,7 +127,7 @@ class SearchResult(Struct, frozen=True, eq=False):
     built: JudgedDesign | None = None
 
     @property
-    def shown(self) -> JudgedDesign | None:
+    def reported(self) -> JudgedDesign | None:
         """The design that page, terminal and best.yaml have: the rounded one, else the best, else the nearest."""
         return self.built or self.best or self.nearest
 

@@ -263,7 +263,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     @property
     def results(self) -> dict[str, Any]:
         """The results as data, as results.json has them; of the families those that are shown."""
-        return results(self.study, self.provenance, shown=True)
+        return results(self.study, self.provenance, printed=True)
 
     @property
     def explored(self) -> str:

@@ -54,8 +54,8 @@ def _begun(text: str) -> str:
 def _fragment(text: str) -> str:
     """A part of a sentence, with the spaces at its ends."""
     before, after = (" " if end[:1].isspace() else "" for end in (text, text[::-1]))
-    text_shown = markdown_text(text)
-    return f"{before}{text_shown}{after}" if text_shown else before
+    marked = markdown_text(text)
+    return f"{before}{marked}{after}" if marked else before
 
 
 MARKDOWN: Typesetting = Typesetting(

@@ -72,7 +72,7 @@ class Multipliers(Struct, frozen=True):
     decay: float
 
 
-class ShownImpacts(Struct, frozen=True, eq=False):
+class DrawnImpacts(Struct, frozen=True, eq=False):
     """Impacts that figures show: the mean of each of a motion that repeats itself, or else all of them.
 
     Attributes
@@ -153,7 +153,7 @@ class MeasuredAt(Struct, frozen=True, eq=False):
         return None if off is None or not np.isfinite(off).any() else float(np.abs(off[np.isfinite(off)]).max())
 
     @property
-    def impacts_shown(self) -> ShownImpacts | None:
+    def drawn_impacts(self) -> DrawnImpacts | None:
         """What figures show of it; None where nothing is known."""
         measured_impacts, motion = self.measured, self.motion
         if measured_impacts is None:
@@ -162,7 +162,7 @@ class MeasuredAt(Struct, frozen=True, eq=False):
             (measured_impacts.values, measured_impacts.errors) if motion is None else (motion.values, motion.errors)
         )
         walls = measured_impacts.walls if motion is None else np.array(motion.word.walls, dtype=float)
-        return ShownImpacts(walls, values[list(SHOWN)], errors[list(SHOWN)], motion is not None)
+        return DrawnImpacts(walls, values[list(SHOWN)], errors[list(SHOWN)], motion is not None)
 
     @property
     def unfit(self) -> NoFit | None:

@@ -642,7 +642,7 @@ def simulation_data(
         if share is None
         else BasinShares(
             trials=check.trials,
-            reached=check.reached,
+            reached=check.arrivals,
             share=share[0],
             low_95=share[1],
             high_95=share[2],

@@ -208,12 +208,12 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
         return reproduce(self.solution)
 
-    def results(self, shown: bool = False) -> Results:
+    def results(self, printed: bool = False) -> Results:
         """The results as records: results.json without its provenance.
 
         Parameters
         ----------
-        shown : bool
+        printed : bool
             Whether of the families only those are wanted that pages show, see `Atlas.printed_families`.
         """
         solution, scenario = self.solution, self.scenario
@@ -228,7 +228,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             motions=None if self.atlas is None else motions_data(self.atlas),
             families=None
             if self.atlas is None
-            else families_data(self.atlas.printed_families if shown else self.atlas.families, solution.membrane),
+            else families_data(self.atlas.printed_families if printed else self.atlas.families, solution.membrane),
             own_stiffness=None if self.own_stiffness is None else own_stiffness_data(self.own_stiffness),
             effects=None if self.effects is None else effects_data(self.effects),
             margin_to_use=self._margin_to_use,
@@ -240,9 +240,9 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             left_out=[LeftOutData(step=step.task, what=step.what, why=step.why) for step in self.plan.left_out],
         )
 
-    def to_dict(self, shown: bool = False) -> dict[str, Any]:
+    def to_dict(self, printed: bool = False) -> dict[str, Any]:
         """The results as plain data, see `results`."""
-        data: dict[str, Any] = plain(self.results(shown).blocks())
+        data: dict[str, Any] = plain(self.results(printed).blocks())
         return data
 
     def _switched_on_data(self, switched: SwitchedOn) -> DisturbancesData:
@@ -302,10 +302,10 @@ def require_study(value: object) -> None:
         raise UsageError(f"a Study is needed, not a value of type {type(value).__name__} (allowed: what analyse gives)")
 
 
-def results(study: Study, provenance: Provenance, shown: bool = False) -> dict[str, Any]:
-    """The results of a study as plain data, ready for JSON, with where they come from; `shown` as `Study.to_dict`."""
+def results(study: Study, provenance: Provenance, printed: bool = False) -> dict[str, Any]:
+    """The results of a study as plain data, ready for JSON, with where they come from; `printed` as `Study.to_dict`."""
     require_study(study)
-    return {**study.to_dict(shown), "provenance": provenance.to_dict()}
+    return {**study.to_dict(printed), "provenance": provenance.to_dict()}
 
 
 def results_json(study: Study, provenance: Provenance) -> bytes:

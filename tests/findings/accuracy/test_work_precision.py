@@ -22,7 +22,7 @@ from vireport.findings.accuracy.benchmark import (
     SolvedMotion,
     benchmark_of,
 )
-from vireport.findings.accuracy.figure import figure_accuracy, shown_errors
+from vireport.findings.accuracy.figure import error_facts, figure_accuracy
 from vireport.findings.accuracy.finding import FINDING
 from vireport.findings.accuracy.flights import (
     Budget,
@@ -376,7 +376,7 @@ def test_report_and_figure_name_every_method(work) -> None:
     assert {row[0] for row in factors.rows} == methods
     assert all("1" in column for column in list(zip(*factors.rows, strict=True))[1 : len(ACCURACIES)])
     _, step = FINDING.steps()
-    assert all(method in alt_text(step.task, shown_errors(work)) for method in methods)
+    assert all(method in alt_text(step.task, error_facts(work)) for method in methods)
     assert len(figure_accuracy(work).axes) == len(work.quantities)
 
 

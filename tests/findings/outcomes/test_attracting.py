@@ -144,7 +144,7 @@ def test_a_motion_of_another_word_that_is_reached_from_rest_stands_there_without
     (only,) = found.motions
     assert (only.name, only.from_rest, only.share) == ("BBT every forcing period", True, 1.0)
     assert only.shock.jump is None
-    assert found.withstood(found.reached).searched_to_m_s == only.shock.searched_to * found.velocity_unit
+    assert found.withstood(found.motions_from_rest).searched_to_m_s == only.shock.searched_to * found.velocity_unit
     plane, _ = shocks_around(groups_of(solution), found.recognised, only.shock)
     assert plane.share(0) == 1
 

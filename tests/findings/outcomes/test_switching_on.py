@@ -83,7 +83,7 @@ def test_the_share_of_switch_on_moments_is_that_of_starts_simulated_one_by_one(f
     groups = device.groups(Parameter.LENGTH, 0.75).as_floats()
     motions, _, _ = motions_at(device, Parameter.LENGTH)
     outcomes = outcomes_by_moment(StartingDevice(groups, Target.of(motions)), 0.0, True)
-    told = sum(part for part, end in outcomes if end.reached)
+    told = sum(part for part, end in outcomes if end.is_one_to_one)
     starts = [Impact(BOTTOM, 0.0, phase) for phase in 2 * pi * (np.arange(100) + 0.5) / 100]
     simulated = np.mean([end.word == "BT" for end in attractors(groups, starts)[0]])
     assert least - 1e-12 <= told <= most + 1e-12
@@ -99,11 +99,11 @@ def test_a_ramp_helps_where_switching_on_at_once_does_not() -> None:
     (rest, at_once), (_, short), (ramped, long) = (
         switched_on_by(solution, DisturbancesBlock(ramp_periods=periods), compiled=True) for periods in (0.0, 3.0, 20.0)
     )
-    assert not rest.from_rest.reached
+    assert not rest.from_rest.is_one_to_one
     assert 0.1 < at_once.share < 0.4
     assert 0.7 < short.share < 1
     assert long.share == pytest.approx(1)
-    assert ramped.from_rest.reached
+    assert ramped.from_rest.is_one_to_one
     assert long.ramp is None
     assert at_once.ramp.periods in RAMPS
     assert 3 < at_once.ramp.periods <= 20
@@ -221,7 +221,7 @@ def test_edges_of_four_windows_are_right_on_both_sides() -> None:
     while len(devices) < 120:
         device = device_of(rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8), rng.uniform(0.3, 0.7))
         told, parameter = found(device, True), swept[len(devices) % 3]
-        if told.reached or (told.destination is Destination.REST_CYCLE and told.periods):
+        if told.is_one_to_one or (told.destination is Destination.REST_CYCLE and told.periods):
             devices.append((device, parameter))
     windows = 0
     for device, parameter in devices:

@@ -290,13 +290,13 @@ def test_pages_show_the_families_that_can_be_set_then_the_shortest_words_and_res
     every = study.to_dict()
     assert study.atlas.printed_families == study.atlas.families
     assert "results.json and branches.csv have all" not in section(study)
-    monkeypatch.setattr(families, "MOST_SHOWN", 2)
+    monkeypatch.setattr(families, "MOST_PRINTED", 2)
     monkeypatch.setattr(families, "settable", lambda low, high, off: high - low > 0.01)
     assert [family.number for family in study.atlas.printed_families] == [1, 3]  # 2 is stable over 0.003 m
-    monkeypatch.setattr(families, "MOST_SHOWN", 3)
+    monkeypatch.setattr(families, "MOST_PRINTED", 3)
     assert [family.number for family in study.atlas.printed_families] == [1, 2, 3]
     assert study.to_dict() == every
-    carried = study.to_dict(shown=True)
+    carried = study.to_dict(printed=True)
     assert carried["families"] == every["families"][:3]
     assert carried["motions"] == every["motions"]
     assert carried["motions"]["families_found"] == len(every["families"]) == 4

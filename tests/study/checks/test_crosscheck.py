@@ -120,9 +120,9 @@ def test_only_the_period_asked_for_counts_as_the_motion(example) -> None:
     check = analyse(loads(example("horizontal").read_text(), overrides=over)).crosscheck
     assert {(end.word, end.period) for end in check.ends[0]} == {("BT", 1), ("BT", 3)}
     assert check.trials == 24
-    assert check.reached == sum(end.period == 3 for end in check.ends[0])
+    assert check.arrivals == sum(end.period == 3 for end in check.ends[0])
     assert [(motion.name, motion.count) for motion in check.elsewhere] == [
-        ("BT every forcing period", 24 - check.reached)
+        ("BT every forcing period", 24 - check.arrivals)
     ]
 
 
@@ -155,12 +155,12 @@ def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
     lost = [sum(end.outcome is Outcome.STICKING for end in row) for row in check.ends]
     assert [count > 0 for count in lost] == [True, False, True, False, False]
     assert 0.05 < lost[0] / 64 < 0.2
-    assert sum(lost) == check.trials - check.reached == sum(motion.count for motion in check.elsewhere)
+    assert sum(lost) == check.trials - check.arrivals == sum(motion.count for motion in check.elsewhere)
     assert all(motion.stays for motion in check.elsewhere)
     assert (min(m.low for m in check.elsewhere), max(m.high for m in check.elsewhere)) == pytest.approx((3.6, 4.0))
     assert (study.verdict.reached.status, study.verdict.reached.data) == (Status.CAUTION, check)
     said = Words("opening")("starts_reach_it", check)
-    assert said == f"{check.reached} of {check.trials} random starts come to this motion."
+    assert said == f"{check.arrivals} of {check.trials} random starts come to this motion."
     assert any("B~ every" in alert.cause for alert in study.alerts if alert.code == "VR021")
 
 

@@ -355,7 +355,7 @@ def ending(relative: float, taken_over: bool = False) -> SimpleNamespace:
 
 
 def come_to(word: str, sticks: bool = False) -> SimpleNamespace:
-    return SimpleNamespace(name=word, word=word, cycle=SimpleNamespace(sticks=sticks), reached=word == "BT")
+    return SimpleNamespace(name=word, word=word, cycle=SimpleNamespace(sticks=sticks), is_one_to_one=word == "BT")
 
 
 def sampled(*ends: SimpleNamespace) -> SimpleNamespace:
@@ -376,7 +376,7 @@ def deep(area: float, dielectric: Dielectric | None = None) -> dict[str, object]
 def simulated(**given: object) -> dict[str, object]:
     motion = SimpleNamespace(count=5, name="BBT every forcing period", stays=True)
     usual = {"passed": False, "orbits": 9, "misses": (1, 2), "velocity_difference": 1e-3, "phase_difference": 2e-3}
-    usual |= {"tolerance": 1e-9, "elsewhere": (motion,) * 4, "motions": (motion,), "trials": 40, "reached": 20}
+    usual |= {"tolerance": 1e-9, "elsewhere": (motion,) * 4, "motions": (motion,), "trials": 40, "arrivals": 20}
     return {"crosscheck": SimpleNamespace(**usual | given)}
 
 
@@ -516,7 +516,10 @@ SAID = [
     ),
     (
         "VR003",
-        {"solution": known(design=design(1)), "from_rest": SimpleNamespace(name="chaotic", cycle=None, reached=False)},
+        {
+            "solution": known(design=design(1)),
+            "from_rest": SimpleNamespace(name="chaotic", cycle=None, is_one_to_one=False),
+        },
         ["when the shaking begins comes to: chaotic. A block 'simulation:' shows it."],
     ),
     ("VR004", {"solution": known(design=design(3, 2))}, ["2 stable 1:1 motions exist there"]),

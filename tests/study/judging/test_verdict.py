@@ -52,7 +52,7 @@ def cause(code: str, evidence: Evidence) -> str:
 def check(**given: object) -> SimpleNamespace:
     """A simulation that found something."""
     usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
-    usual |= {"trials": 20, "reached": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": (), "values": [0]}
+    usual |= {"trials": 20, "arrivals": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": (), "values": [0]}
     return SimpleNamespace(**usual | {"tolerance": 1e-9} | given)
 
 

@@ -108,10 +108,10 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
 
 def picture(work: WorkPrecision, name: AnyTask, templates: Path | None = None) -> Picture:
     """The work-precision diagram with its words."""
-    return pictured(name, shown_errors(work, templates), figure_accuracy(work), templates)
+    return pictured(name, error_facts(work, templates), figure_accuracy(work), templates)
 
 
-def shown_errors(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:
+def error_facts(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:
     """What the diagram shows, for its words: its panels, and the time to an accuracy and the least error of methods."""
     methods = []
     for name in METHOD_NAMES:

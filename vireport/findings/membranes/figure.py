@@ -44,7 +44,7 @@ def figure_stiffness(comparison: Compliance) -> Figure:
     comparison : Compliance
         With runs.
     """
-    factors = shown_factors(comparison)
+    factors = drawn_factors(comparison)
     solvers: list[Entry] = [(name, MARK | {"marker": marker, "color": Color.BLACK}) for name, marker in MARKERS.items()]
     colors: list[Entry] = [
         (f"K times {factor_text(f)}", MARK | {"marker": "o", "color": color, "markersize": size})
@@ -80,7 +80,7 @@ def picture(comparison: Compliance, name: AnyTask, templates: Path | None = None
     return pictured(name, drawn, figure_stiffness(comparison), templates)
 
 
-def shown_factors(comparison: Compliance) -> list[float]:
+def drawn_factors(comparison: Compliance) -> list[float]:
     """The softest, middle and stiffest membrane that solvers were tried on."""
     factors = sorted({run.factor for run in comparison.runs})
     return sorted({factors[0], factors[len(factors) // 2], factors[-1]}) if factors else []

@@ -95,8 +95,8 @@ class AttractingMotions(Struct, frozen=True, eq=False):
         return [motion.motion for motion in self.motions if motion.motion is not None and motion.share is not None]
 
     @property
-    def reached(self) -> list[AttractingMotion]:
-        """That which the device comes to from rest, but for one with rests."""
+    def motions_from_rest(self) -> list[AttractingMotion]:
+        """The motion that the device comes to from rest, none where it is one with rests."""
         return [motion for motion in self.motions if motion.from_rest and motion.motion is not None]
 
     def withstood(self, chosen: Sequence[AttractingMotion]) -> Withstood | None:

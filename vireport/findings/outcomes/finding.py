@@ -131,7 +131,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
             status = Status.GOOD if judged_by(BUMPS, evidence.criteria) else Status.NEUTRAL
             yield AddedAnswer(BUMPS, status, outcomes, name="shock")
         end = evidence.from_rest if evidence.solution.design is not None and motions.types else None
-        if end is not None and outcomes.narrow and (end.reached or evidence.required_motions_met):
+        if end is not None and outcomes.narrow and (end.is_one_to_one or evidence.required_motions_met):
             word = "Stable, reached from rest within narrow limits only"
             concludes = AddedConclusion("WINDOW_NARROW", Status.CAUTION, word, Weight.MARGIN, BLOCK)
             yield AddedAnswer(Question.FROM_REST, Status.CAUTION, outcomes, name="window", concludes=concludes)

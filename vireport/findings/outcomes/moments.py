@@ -76,7 +76,7 @@ def ramp_that_helps(device: StartingDevice, compiled: bool) -> int | None:
     for periods in RAMPS:
         phases = TURN * (np.arange(PHASES) + 0.5) / PHASES
         starts = (ramped(device.groups, float(phase), periods, compiled) for phase in phases)
-        if all(started(start, device, compiled).reached for start in starts):
+        if all(started(start, device, compiled).is_one_to_one for start in starts):
             return periods
     return None
 
@@ -89,7 +89,7 @@ def outcome_of(outcomes: Sequence[tuple[float, FromRest]]) -> FromRest:
     # With a ramp each of the moments has the same part; without one the first is all those of a release.
     if len({part for part, _ in outcomes}) > 1:
         return outcomes[0][1]
-    missed = (outcome for _, outcome in outcomes if not outcome.reached)
+    missed = (outcome for _, outcome in outcomes if not outcome.is_one_to_one)
     return next(missed, max((outcome for _, outcome in outcomes), key=lambda outcome: outcome.settles_after or 0))
 
 

@@ -91,7 +91,7 @@ class Outcomes(Struct, frozen=True, eq=False):
         # Without a stable 1:1 motion there is still something that the user's device does, and that shocks can end.
         if self.withstood is not None or self.attracting is None:
             return self.withstood
-        return self.attracting.withstood(self.attracting.reached)
+        return self.attracting.withstood(self.attracting.motions_from_rest)
 
 
 def switched_on_by(
@@ -114,7 +114,7 @@ def switched_on_by(
     device = starting_device(solution)
     outcomes = outcomes_by_moment(device, block.ramp_periods, compiled)
     end, ramp, around = outcome_of(outcomes), None, None
-    if device.targets and not end.reached:
+    if device.targets and not end.is_one_to_one:
         # Only then: each length is tried at 32 moments, and eight lengths take 256 balls.
         ramp = Ramp(ramp_that_helps(device, compiled), RAMPS[-1])
     if windows:
@@ -122,7 +122,7 @@ def switched_on_by(
 
         around = window_of(solution, compiled)
     # What is left of 1 has the roundings of the shares of several releases: all together may exceed it.
-    share = min(fsum(part for part, outcome in outcomes if outcome.reached), 1.0)
+    share = min(fsum(part for part, outcome in outcomes if outcome.is_one_to_one), 1.0)
     strip = outcomes_along(solution, compiled) if windows else ()
     answer = replace(switched_on(solution, end, compiled), over_sweep=strip, ramp_periods=block.ramp_periods)
     return answer, Outcomes(share, ramp, around)

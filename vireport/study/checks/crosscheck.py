@@ -111,7 +111,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
         Orbits that the simulation left.
     tolerance : float
         Up to which both agree.
-    trials, reached : int
+    trials, arrivals : int
         Starts where there is a stable admissible orbit, and those of them that lead to a 1:1 motion.
     motions : tuple of MotionCount
         Of all starts, most frequent first.
@@ -136,7 +136,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
     misses: tuple[Miss, ...]
     tolerance: float
     trials: int
-    reached: int
+    arrivals: int
     motions: tuple[MotionCount, ...]
     elsewhere: tuple[MotionCount, ...]
     diagram: Diagram | None
@@ -170,7 +170,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
         The share is the mean over the values that have a stable motion. The starts are independent, so that the
         number that reach it varies no more than a binomial one, and the interval holds the mean at least as often.
         """
-        return share_interval(self.reached, self.trials) if self.trials else None
+        return share_interval(self.arrivals, self.trials) if self.trials else None
 
 
 def crosscheck(
@@ -223,7 +223,7 @@ def crosscheck(
         misses=tuple(miss for _, misses in checked for miss in misses),
         tolerance=block.tolerance,
         trials=len(at_stable),
-        reached=len(at_stable) - len(elsewhere),
+        arrivals=len(at_stable) - len(elsewhere),
         motions=_counted([(value, end) for value, row in zip(values, ends, strict=True) for end in row]),
         elsewhere=_counted(elsewhere),
         diagram=diagram(ends) if block.diagram else None,

@@ -129,7 +129,7 @@ def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
                 for x in disturbances.sampled
             ]
             yield Sentence("from_rest", {"each": each})
-            blocks = dict.fromkeys(_shown_by(end, results) for end in results.from_rest_along)
+            blocks = dict.fromkeys(_block_for(end, results) for end in results.from_rest_along)
             if missing := [Sentence("block", {"block": block}) for block in blocks if block is not None]:
                 yield Sentence("shown_by", {"blocks": missing})
 
@@ -165,9 +165,9 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     if results.from_rest is not None:
         end = results.from_rest
         yield Sentence("from_rest", {"motion": end.name})
-        if block := _shown_by(end, results):
+        if block := _block_for(end, results):
             yield Sentence("shown_by", {"block": block})
-        if end.reached and results.solution.device.rubs:
+        if end.is_one_to_one and results.solution.device.rubs:
             yield Sentence("stops", {})
     if results.motion_from_rest is not None:
         yield Sentence("followed", _followed(results.motion_from_rest, results.exactness))
@@ -182,7 +182,7 @@ def _followed(followed: FollowedMotion, error: Exactness) -> dict[str, str]:
     return {"type": followed.stability, "symbol": followed.varied.symbol, "low": low, "high": high} | ends
 
 
-def _shown_by(end: FromRest, results: Evidence) -> str | None:
+def _block_for(end: FromRest, results: Evidence) -> str | None:
     """The block that a scenario lacks and that would show what a ball comes to.
 
     Families are followed of motions without rests, and found of few impacts, where nothing rubs; all else is found by
@@ -372,7 +372,7 @@ def _coexisting(results: Evidence) -> Iterator[Sentence]:
         return
     named = check.elsewhere[:MOST_MOTIONS]
     others = [Sentence("motion", {"count": motion.count, "name": motion.name}) for motion in named]
-    yield Sentence("elsewhere", {"count": check.trials - check.reached, "trials": check.trials, "others": others})
+    yield Sentence("elsewhere", {"count": check.trials - check.arrivals, "trials": check.trials, "others": others})
 
 
 def _chatter(results: Evidence) -> Iterator[Sentence]:

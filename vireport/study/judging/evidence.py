@@ -272,7 +272,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         """Whether the device comes from rest to the 1:1 motion or, where words are required, to one of these."""
         end = self.from_rest
         if end is None or not self.allowed:
-            return end is not None and end.reached
+            return end is not None and end.is_one_to_one
         return end.is_motion and self.allows(end.word)
 
     @cached_property

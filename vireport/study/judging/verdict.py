@@ -418,13 +418,13 @@ class Verdict(Struct, frozen=True, eq=False):
         """Where an end of stable motion is, as text."""
         return end.parameter.show(end.sweep_value, self.exactness)
 
-    def end_shown(self, part: StableInterval, side: int) -> str:
+    def end_text(self, part: StableInterval, side: int) -> str:
         """The lower end of a stable range as text, or the upper one for a `side` of 1."""
-        return part.ends_shown(self.exactness)[side]
+        return part.end_texts(self.exactness)[side]
 
     def inequality(self, part: StableInterval) -> str:
         """A stable range as text, strict at a critical point."""
-        return part.shown(self.exactness)
+        return part.text(self.exactness)
 
     @property
     def inequalities(self) -> list[str]:
@@ -672,7 +672,7 @@ def _from_rest(evidence: Evidence) -> Fact[SwitchedOn] | None:
     switched_on = evidence.switched_on
     if switched_on is None or switched_on.from_rest is None:
         return None
-    good = switched_on.from_rest.reached or evidence.required_motions_met
+    good = switched_on.from_rest.is_one_to_one or evidence.required_motions_met
     return Fact(Question.FROM_REST, Status.GOOD if good else Status.CAUTION, switched_on)
 
 
