@@ -119,7 +119,14 @@ def check(**given: object) -> SimpleNamespace:
     """A simulation that found every stable motion again, and some other motions."""
     others = tuple(thing(count=count, name=name) for count, name in ((4, "BBT"), (3, "BTBT"), (2, "chaos"), (1, "B")))
     usual = {"passed": True, "orbits": 9, "misses": (), "velocity_difference": 1e-14, "phase_difference": 2e-14}
-    usual |= {"trials": 20, "arrivals": 15, "share": (0.75, 0.5, 0.9), "elsewhere": (), "motions": others, "values": [0]}
+    usual |= {
+        "trials": 20,
+        "arrivals": 15,
+        "share": (0.75, 0.5, 0.9),
+        "elsewhere": (),
+        "motions": others,
+        "values": [0],
+    }
     return thing(**usual | given, others=others)
 
 

@@ -18,7 +18,7 @@ _held = False
 
 
 class Interruption(KeyboardInterrupt):
-    """Ctrl-C or SIGTERM.
+    """The interruption of a run by Ctrl-C or SIGTERM.
 
     Where `KeyboardInterrupt` itself passes through code that was compiled from a string, as that of a dataclass is,
     CPython ends the process by SIGINT when all is done, though it was caught. A subclass has its exit code.

@@ -7,7 +7,7 @@ from typing import Self
 
 
 class WorkStep(str):
-    """What is done next, as text, and how much of the whole work is done by then.
+    """The step of the work that begins now, as text, and how much of the whole work is done by then.
 
     It is text, so that whoever only prints what they are told need not know of it.
 

@@ -61,7 +61,7 @@ class ReadingPlace(Struct, frozen=True):
         return os.path.join(os.path.relpath(os.path.realpath(path), target), file)
 
     def read(self, name: str, largest: int) -> bytes:
-        """The bytes of a file.
+        """Read a file that belongs to the scenario, as bytes.
 
         Parameters
         ----------

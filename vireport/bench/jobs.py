@@ -36,7 +36,7 @@ Ranges = tuple[tuple[float, float], tuple[float, float]]
 
 
 class Asked(Struct, frozen=True):
-    """What a page asks.
+    """A question of a page to the bench: the state of its sliders, and what is wanted.
 
     Attributes
     ----------

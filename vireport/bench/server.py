@@ -100,13 +100,13 @@ class Bench:
         self._beside, self._spare = Worker(), Worker()
 
     def page(self) -> bytes:
-        """The page itself."""
+        """The HTML of the bench, with the data that it starts with."""
         start = json_text(start_data(self.known)).replace("<", "\\u003c")
         template = environment_of(None, lambda value: str(escape(value))).get_template("bench/page.html.j2")
         return template.render(title=self.known.name, start=Markup(start)).encode()
 
     def quick(self, kind: str, question: Asked) -> dict[str, Any] | None:
-        """What a hand waits for."""
+        """Answer what the user waits for: where a file was saved, the margins or, with what is computed first, a state."""
         if kind == "save":
             return {"saved": str(save(self.known, question.state, question.name, self.folder))}
         if kind == "margins":
@@ -143,7 +143,7 @@ class Bench:
         }
 
     def end(self) -> None:
-        """End all processes."""
+        """End the worker processes of all pages."""
         for worker in (*self._workers.values(), *filter(None, [self._spare, self._beside])):
             worker.end()
 
@@ -159,7 +159,7 @@ class Bench:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers one connection."""
+    """Answers the requests of one connection of a browser."""
 
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "vireport", ""
@@ -198,7 +198,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._send(HTTPStatus.INTERNAL_SERVER_ERROR, b"", "text/plain")
 
     def _asked(self) -> str:
-        """What is asked for behind the secret.
+        """The path of a request without the secret that it begins with.
 
         Raises
         ------

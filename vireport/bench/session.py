@@ -110,7 +110,7 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = (), allow_o
 
 
 def loaded_of(session: Opened, state: State) -> Loaded:
-    """The scenario of a state.
+    """The scenario with what a state of the sliders sets over it.
 
     Raises
     ------

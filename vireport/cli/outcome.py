@@ -161,7 +161,7 @@ def _colored(lines: Iterable[str], color: str, stream: TextIO) -> list[str]:
 
 @contextmanager
 def progress(quiet: bool, verbose: bool = False) -> Iterator[Progress]:
-    """What is told each step: shown on one line of a terminal, of which nothing is left.
+    """A callable for the steps of a command: each is shown on one line of a terminal, of which nothing is left.
 
     Parameters
     ----------

@@ -234,7 +234,12 @@ def _exactness(studies: Sequence[Study]) -> Exactness:
 
 
 def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Merit, ...]:
-    """What is to be ranked by, once every scenario computes it."""
+    """The merits to rank scenarios by, where every scenario computes them.
+
+    Raises
+    ------
+    UsageError
+    """
     allowed = [name for name, merit in RANK_BY.items() if merit is not Merit.SHOCK or "outcomes" in ADDITIONS]
     for name in names:
         if name not in allowed:

@@ -66,7 +66,7 @@ def _why(ranked: Sequence[Ranked]) -> Iterator[Statement]:
 
 
 def _number(scenario: Ranked, merit: Merit) -> str | Said:
-    """A merit within a fact."""
+    """The number of a scenario in a merit, as a fact of the opening has it."""
     if merit is Merit.REQUIREMENTS:
         # Those that are missed, not those that are met: 1 of 1 met comes before 3 of 4, and so does nothing required.
         count = len(scenario.study.criteria)

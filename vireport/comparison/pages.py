@@ -155,7 +155,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         return str(spoken(listed(names), self.templates))
 
     def left_out(self) -> Table:
-        """What is not in the report, and why."""
+        """The table of figures that scenarios lack in the report, with the reasons."""
         figures: dict[tuple[Said, str], list[str]] = {}
         for figure in COMPARED_FIGURES:
             names: dict[Said, list[str]] = {}

@@ -168,7 +168,7 @@ class FromRest(Struct, frozen=True):
 
     @classmethod
     def on(cls, cycle: SimulatedMotion, ratio: int, settles_after: int | None = None) -> FromRest:
-        """Of a ball that comes to a simulated motion; `ratio` are the forcing periods of a 1:1 motion."""
+        """The end of a ball in a simulated motion; `ratio` are the forcing periods of a 1:1 motion."""
         one_to_one = (cycle.word, cycle.period) == ("BT", ratio)
         moving = Destination.ONE_TO_ONE if one_to_one else Destination.OTHER_MOTION
         kind = Destination.REST_CYCLE if cycle.sticks else moving
@@ -176,7 +176,7 @@ class FromRest(Struct, frozen=True):
 
     @classmethod
     def without_cycle(cls, outcome: Outcome, lyapunov: float = nan) -> FromRest:
-        """Of a ball that comes to no cycle that is known, with the Lyapunov exponent of its last impacts."""
+        """The end of a ball in no known cycle, by the outcome and the Lyapunov exponent of its last impacts."""
         if outcome is Outcome.REST:
             return cls(Destination.AT_REST)
         chaotic = outcome is Outcome.APERIODIC and lyapunov > LEAST_EXPONENT

@@ -54,7 +54,7 @@ FILES = {
 
 
 def pictured(name: AnyTask, facts: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
-    """A figure with its words.
+    """Give a figure its title, caption and alternative text.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def alt_text(name: AnyTask, facts: Mapping[str, Any], templates: Path | None = N
 
 
 def title_of(name: AnyTask, templates: Path | None = None) -> str:
-    """The title of a figure."""
+    """The title of a figure, from its file of words."""
     return _said(name, "title", templates)
 
 
@@ -91,7 +91,7 @@ def _said(name: AnyTask, part: str, templates: Path | None, *facts: Mapping[str,
 
 
 def conditions(study: Study, varied: Parameter | None = None) -> str:
-    """What is held along the sweep, or while another parameter is varied."""
+    """The parameters held along the sweep, or while another one is varied, in one line."""
     return ", ".join(held(study, varied))
 
 
@@ -246,7 +246,7 @@ def _doubled(study: Study) -> list[str]:
 
 
 def _circles(study: Study, figure: Task, simulated: PairedImpacts | None) -> Circles | None:
-    """What is drawn over the curves from the simulation."""
+    """The simulated points drawn over the curves of a figure, as its caption counts them; None where there are none."""
     if simulated is None or not len(simulated.d) or (figure == Task.FIGURE_7 and simulated.voltages is None):
         return None
     impacts = sum(int((~np.isnan(speed)).sum()) for speed in simulated.pairs()[0])

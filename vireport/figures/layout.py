@@ -407,7 +407,7 @@ class SweepAxis(Struct, frozen=True):
 
 
 def sweep_axis(sweep: Sweep) -> SweepAxis:
-    """The axis along a sweep."""
+    """The axis of figures along a sweep: its parameter or, where that moves d, d."""
     low, high = sorted((float(sweep.start), float(sweep.end)))
     if sweep.parameter.moves_d:
         low, high = (float(d) for d in sweep.coordinate_range)

@@ -52,7 +52,7 @@ AT_LABEL = {"left": (0.0, 0.5), "bottom": (0.5, 0.0), "right": (1.0, 0.5), "top"
 
 
 class Surroundings(Struct, frozen=True, eq=False):
-    """What is around the frame of a panel.
+    """The room that ticks, labels and titles take around the frame of a panel.
 
     Attributes
     ----------

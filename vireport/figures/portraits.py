@@ -423,7 +423,7 @@ def _on_wall(portrait: Portrait) -> NDArray[np.bool_]:
 
 
 def flights(portrait: Portrait) -> list[SampleIndices]:
-    """Samples of each flight."""
+    """The samples of a portrait, flight by flight."""
     return np.split(np.arange(len(portrait.time)), rebounds(portrait) + 1)
 
 

@@ -128,7 +128,7 @@ class Sheet(Struct, frozen=True):
 
     @staticmethod
     def of(width_mm: float | None = None, settings: Mapping[str, Any] | None = None) -> Sheet:
-        """What is asked for, the column of a paper; where nothing is, what figures are drawn for just now.
+        """The sheet for figures of some width or, without one, the sheet that figures are drawn for just now.
 
         Parameters
         ----------
@@ -150,7 +150,7 @@ class Sheet(Struct, frozen=True):
 
     @property
     def text(self) -> float:
-        """Size of type [pt]."""
+        """Size of the type of labels and ticks [pt]."""
         return float(self.settings.get("font.size", TEXT))
 
     @property
@@ -322,7 +322,7 @@ def literal(text: str) -> str:
 
 
 class Picture(Struct, frozen=True, eq=False, dict=True):
-    """A figure with its words.
+    """A figure as it is written: its images, title, caption and alternative text.
 
     Attributes
     ----------

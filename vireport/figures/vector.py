@@ -141,7 +141,7 @@ class LayoutCanvas(FigureCanvasBase):
     _ruler = _Ruler()
 
     def get_renderer(self) -> RendererBase:
-        """What measures the texts."""
+        """The renderer by which Matplotlib measures texts."""
         return self._ruler
 
 

@@ -90,7 +90,7 @@ def _sentence(answer: Identification) -> Said:
 
 
 def _inputs(answer: Identification) -> list[IdentifiedInput]:
-    """What is identified of the device; the phase of the force is of the record alone."""
+    """The identified inputs of the device; the phase of the force is one of the record alone."""
     return [item for item in answer.identified if item.unknown is not Unknown.PHASE]
 
 
@@ -178,7 +178,7 @@ def most_hidden(hidden: Sequence[Hidden]) -> list[tuple[Unknown, float]]:
 
 
 def _of_signals(signals: Signals | None) -> Iterator[Statement]:
-    """What is doubtful about the signals that impacts were picked from."""
+    """Statements on doubts about the signals that impacts were picked from."""
     if signals is None:
         return
     for alert in record_alerts(signals.doubts):

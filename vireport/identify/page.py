@@ -72,5 +72,5 @@ class IdentifyReport(Struct, frozen=True, eq=False):
 
     @property
     def listing(self) -> str:
-        """The scenario as given."""
+        """The text of the scenario file that the report prints."""
         return self.loaded.document.text

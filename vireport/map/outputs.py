@@ -33,7 +33,7 @@ FORMATS = (Task.HTML, Task.PDF, Task.PNG)
 
 
 class MapOutput(Struct, frozen=True):
-    """What is written of a map.
+    """The files that are written of a map, and how: formats, templates, paper and width.
 
     Attributes
     ----------

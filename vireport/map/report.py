@@ -89,7 +89,7 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def listing(self) -> str:
-        """The file as given."""
+        """The text of the file that the report prints."""
         return self.loaded.document.text
 
     @property

@@ -379,7 +379,7 @@ def _explaining(
 
 
 def _best(fits: Iterable[tuple[BetterFit, Fitted]]) -> BetterFit | None:
-    """Of some fits that which leaves out the fewest flights with the least error, with what would fit as well."""
+    """The fit that leaves out the fewest flights, with the least error, and what would fit as well."""
     # Flights left out weigh more than the error: whoever leaves out what does not fit has a small error.
     candidates = list(fits)
     if not candidates:

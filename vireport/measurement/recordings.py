@@ -177,7 +177,7 @@ class Recording(Struct, frozen=True, eq=False):
 
     @property
     def end_s(self) -> float:
-        """Time of the last sample."""
+        """Time of the last sample of a channel [s]."""
         last = self.stretches[-1]
         return last.start_s + (last.last - last.first - 1) * self.step_s
 

@@ -44,7 +44,7 @@ class Sound(Struct, frozen=True, eq=False):
 
 
 def read_sound(name: str, data: bytes) -> Sound:
-    """Read a WAV file.
+    """Read the channels of a WAV file as signals.
 
     Raises
     ------

@@ -72,12 +72,12 @@ class Passed(Struct, frozen=True):
 
     @property
     def at_bottom(self) -> Any:
-        """I_b/pi."""
+        """Impulse of the force at the bottom impact, I_b/pi."""
         return (self.impulses - self.difference) / 2
 
     @property
     def at_top(self) -> Any:
-        """I_t/pi."""
+        """Impulse of the force at the top impact, I_t/pi."""
         return (self.impulses + self.difference) / 2
 
 

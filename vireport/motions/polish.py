@@ -139,7 +139,7 @@ def _inverse(matrix: Floats) -> Floats:
 
 
 class Solved(Struct, frozen=True, eq=False):
-    """A motion in decimals.
+    """A motion whose equations are solved in decimals.
 
     Attributes
     ----------

@@ -73,7 +73,7 @@ def touching(motion: Motion, turns: Iterable[Turn]) -> Motion:
 
 
 class Beginning(NamedTuple):
-    """A family at a vertex.
+    """The beginning of a family at a vertex of the atlas.
 
     Attributes
     ----------

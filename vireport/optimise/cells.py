@@ -31,7 +31,7 @@ search that takes the power for linear nears the fold from inside; beyond it the
 
 
 class CellValues(Struct, frozen=True, eq=False):
-    """What is known of designs, arrays with a row for each.
+    """Stability, objective and slacks of many designs, arrays with a row for each.
 
     Attributes
     ----------

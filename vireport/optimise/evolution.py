@@ -65,7 +65,7 @@ def evolve(problem: Problem, cells: Floats, widest: float | None) -> Floats | No
 
 
 def _cost(problem: Problem, t: Floats, widest: float | None) -> Floats:
-    """What is to be as small as possible: minus the objective, or from 0 on what a design lacks of its limits."""
+    """The cost that the search makes small: minus the objective, or from 0 on what a design lacks of its limits."""
     cells = evaluate(problem, t)
     slack = np.nan_to_num(np.hstack([cells.slack, corner_slack(problem, t)]), nan=-1.0)
     cost: Floats = -np.minimum(slack, 0.0).sum(axis=1)

@@ -83,7 +83,7 @@ class JudgedDesign(Struct, frozen=True, eq=False):
 
 
 class Judged(Struct, eq=False):
-    """What is known of the designs that were judged by runs.
+    """The verdicts of runs on designs, so that none is judged twice.
 
     Attributes
     ----------

@@ -197,7 +197,7 @@ def _data(result: SearchResult, point: JudgedDesign, study: Study | None) -> Sea
 
 
 def shortcoming(result: SearchResult, templates: Path | None = None) -> str:
-    """What is in the way of the requirements, and by how much; "" where they are met."""
+    """The requirement that no design meets, and by how much it is missed; "" where they are met."""
     return "" if result.best is not None else _shortcoming(result).words(templates)
 
 
@@ -337,7 +337,7 @@ def _in_unit(result: SearchResult, value: float, exactness: Exactness = OF_A_MOD
 
 
 def _evidence(result: SearchResult, say: Words) -> Iterator[str]:
-    """What is known of other designs; optimise.json has all numbers."""
+    """Sentences on the evidence that no other design is better; optimise.json has all numbers."""
     evidence, cells, design = result.evidence, f"{prod(result.evidence.counts):,}", result.reported
     if evidence.yielding is not None:
         yield say("yielding", percent(evidence.yielding))

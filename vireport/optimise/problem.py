@@ -146,7 +146,7 @@ class Problem(Struct, frozen=True):
         return self._refuted(self.designs(t), np.ones(len(t), dtype=bool), of_yield=True)
 
     def _refuted(self, designs: Designs, kept: Mask, of_yield: bool) -> Mask:
-        """What is left of designs after those are sorted out that surely fail what only a run judges."""
+        """The designs that are kept once those are sorted out that surely fail a requirement that only a run judges."""
         for requirement, limit in self.required:
             judged_by = requirement.quantity
             if not isinstance(judged_by, OfRun) or judged_by.before_run is None:

@@ -155,7 +155,7 @@ def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
 def render_pdf(
     report: AnyReport, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
 ) -> bytes:
-    """Set a report as PDF.
+    """Set a report by Typst as a PDF.
 
     Parameters
     ----------
@@ -263,5 +263,5 @@ def _template_places(report: AnyReport, source: str, templates: Path | None) -> 
 
 
 def shorten(line: str, most: int = 160) -> str:
-    """Cut a line of a message."""
+    """Cut a line of a message to so many characters."""
     return line if len(line) <= most else f"{line[: most - 1]}…"

@@ -46,7 +46,7 @@ JOINED_BAR = "|\u2060"
 
 
 class AnyReport(Hashable, Protocol):
-    """What is set: the object `report` of the templates.
+    """A report that templates set, under the name `report`.
 
     Attributes
     ----------

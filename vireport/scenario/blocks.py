@@ -1150,7 +1150,7 @@ class MapBlock(Block):
 
     @property
     def cells(self) -> int:
-        """Cells of the map."""
+        """Number of cells that the map has."""
         if self.sampling is Sampling.GRID:
             return prod(axis.size for axis in self.axes)
         return len(self.axes[0].values or ()) if self.sampling is Sampling.LIST else self.samples or 0

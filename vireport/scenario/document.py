@@ -96,7 +96,7 @@ class Document(Struct, frozen=True):
 
 
 def read(source: str | bytes, name: str, path: str = "") -> Document:
-    """Read one YAML document.
+    """Parse a YAML document with the lines of its keys.
 
     Parameters
     ----------

@@ -158,7 +158,7 @@ def _conversion(written_unit: str, factor: float, unit: str, value: object, name
 
 
 def _split(path: str) -> tuple[str, str]:
-    """Block and name of a key."""
+    """The block of a key and its name in it, from its path."""
     block, _, name = path.rpartition(".")
     return block, name
 

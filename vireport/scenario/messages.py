@@ -133,7 +133,7 @@ def _pattern(path: str) -> str:
 
 
 def _wrong(path: str, value: object, written: str, key: Schema) -> str:
-    """What is wrong with a value, as it follows "got ...": by its type first, then by its size."""
+    """The fault of a value in words, as it follows "got ...": by its type first, then by its size."""
     kinds = _kinds(key)
     if "object" in kinds:
         return ""

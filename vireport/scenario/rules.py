@@ -618,7 +618,7 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
 
 
 def _requirements(tree: _Tree) -> Iterator[Finding]:
-    """What is required must be something that this scenario can decide."""
+    """Mistakes in requirements: each must be something that the scenario can decide."""
     block = tree.at("requirements")
     if "requirements" in tree.bare or (isinstance(block, dict) and all(value is None for value in block.values())):
         yield _rule("requirements", "nothing is required in it (give one of its keys, or delete it)")

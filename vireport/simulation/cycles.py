@@ -102,7 +102,7 @@ class SimulatedMotion(Struct, frozen=True, eq=False):
 
     @property
     def wall(self) -> NDArray[np.int8]:
-        """Of each impact: +1 bottom or -1 top."""
+        """Membrane of each impact: +1 bottom or -1 top."""
         return self.impacts[:, WALL].astype(np.int8)
 
     @property

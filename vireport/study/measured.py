@@ -148,7 +148,7 @@ class MeasuredAt(Struct, frozen=True, eq=False):
 
     @property
     def largest_difference(self) -> float | None:
-        """Of the measured motion from the computed one, in standard errors; None where they cannot be compared."""
+        """Largest difference from the computed motion in standard errors; None where they cannot be compared."""
         off = None if self.computed is None else self.computed.differences
         return None if off is None or not np.isfinite(off).any() else float(np.abs(off[np.isfinite(off)]).max())
 

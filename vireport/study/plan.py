@@ -109,7 +109,7 @@ class AddedTask(str):
         return task
 
     def __reduce__(self) -> tuple[type[AddedTask], tuple[str, str]]:
-        """What a copy is made of."""
+        """The text and the words of which a copy is made."""
         return AddedTask, (str(self), self.what)
 
 

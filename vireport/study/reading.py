@@ -82,7 +82,7 @@ def read_results(data: Any, name: str) -> Results:
 
 
 def read_record(data: Any, kind: type[Record], name: str, path: str = "") -> Record:
-    """Read data as a record.
+    """Read plain data of an earlier run as a record.
 
     Parameters
     ----------

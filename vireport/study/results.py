@@ -216,7 +216,7 @@ def _columns(record: Any, names: Iterable[str]) -> dict[str, list[Any]]:
 
 
 def motion_columns(motions: Motions, voltages: Voltages | None) -> dict[str, Any]:
-    """What is known of 1:1 motions and of their voltages, by the names of results.json."""
+    """Columns of results.json on 1:1 motions and their voltages, by name."""
     numbers, types = _columns(motions, DIMENSIONLESS), {"stability": motions.words}
     gained = {} if voltages is None else _columns(voltages, voltages.__struct_fields__)
     return {**numbers, **types, **_columns(motions, ("admissible_mask", "wall_gap")), **gained}
@@ -285,7 +285,7 @@ def _end_of_branch(end: Mark) -> str:
 def _of_each(
     motions: Motions, voltages: Voltages | None, labels: Sequence[str | None], bounds: dict[str, Any]
 ) -> dict[str, list[Any]]:
-    """What is told of each of some motions; `labels` are those of the critical points that they are."""
+    """Columns of results.json on some motions; `labels` are those of the critical points that they are."""
     return {
         **motion_columns(motions, voltages),
         "critical_point": list(labels),
@@ -367,7 +367,7 @@ def _design(design: DesignPoint | None, bounds: dict[str, Any] | None, no_distor
 
 
 def _by_law(design: DesignPoint) -> dict[str, Any]:
-    """Of a restitution that falls with speed: that of each impact, and what is claimed of the motions."""
+    """Columns on a restitution that falls with speed: that of each impact, and what is claimed of the motions."""
     r = design.motions.restitution
     if not isinstance(r, Restitutions) or not np.ndim(r.bottom):
         return {}
@@ -663,7 +663,7 @@ def simulation_data(
 
 
 def _follow(slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callable[[Jump], Point | None]) -> FollowData:
-    """What is met where the sweep is gone through slowly."""
+    """The block of results.json on a sweep that is gone through slowly."""
     courses = {str(way): _course(course, ending) for way, course in slowly.courses.items()}
     return FollowData(
         up=courses.get("up"),

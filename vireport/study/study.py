@@ -309,7 +309,7 @@ def results(study: Study, provenance: Provenance, printed: bool = False) -> dict
 
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
-    """Serialise `results`."""
+    """The text of results.json, from the records of `Study.results`."""
     return json_bytes(study.results().blocks(), provenance)
 
 

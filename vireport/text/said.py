@@ -30,7 +30,7 @@ class Said(Struct, frozen=True):
     __repr__ = brief
 
     def words(self, templates: Path | None = None) -> str:
-        """What it says.
+        """The sentence in the words of the templates.
 
         Parameters
         ----------

@@ -34,7 +34,7 @@ KINDS: dict[str, Kind] = {"t": "text", "n": "number", "c": "code"}
 
 
 class Column(Struct, frozen=True, eq=False):
-    """A column of a table.
+    """A column of a table: its title and what its cells hold.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Column(Struct, frozen=True, eq=False):
 
 
 class Table(Struct, frozen=True, eq=False):
-    """A table with a head.
+    """A table with caption, head, rows and a note.
 
     Attributes
     ----------

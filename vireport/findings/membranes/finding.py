@@ -62,7 +62,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
         return compliance.grade is not None and compliance.grade.contradicts
 
     def results(self, compliance: Compliance | None, study: Study) -> Mapping[str, Any]:
-        """The block `compliant`."""
+        """The block `compliant` of results.json; null where it was not computed."""
         if compliance is None:
             return {RESULTS: None}
         from vireport.findings.membranes.compliance import compliance_data

@@ -26,7 +26,7 @@ class ShockRemark(Pattern):
 
 
 def outcomes_of(evidence: Evidence) -> Outcomes:
-    """What is known of other starts, nothing where it was not looked for."""
+    """The outcomes of other starts that a study has found; empty ones where it did not look for them."""
     outcomes: Outcomes = evidence.findings.get("outcomes", Outcomes())
     return outcomes
 

@@ -181,7 +181,7 @@ def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], l
 
 
 def _deviations(motion: Motion, impact: int, rows: Floats) -> Floats:
-    """Of time and velocity of impacts, rows of the simulation, from one of the motion's, (n, 2)."""
+    """Deviations of time and velocity of impacts, rows of the simulation, from an impact of a motion, (n, 2)."""
     late = wrapped(rows[:, PHASE] - motion.phase[impact]) / pi
     return np.stack([late, rows[:, VELOCITY] - motion.velocity[impact]], axis=1)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class ProofsFinding(AddedFinding["Proved"]):
-    """What is proved in ball arithmetic of switching on and of shocks, as an addition to a study."""
+    """Proofs in ball arithmetic about switching on and shocks, as an addition to a study."""
 
     name = "proofs"
     section = "sections/proofs.typ.j2"

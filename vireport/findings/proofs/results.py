@@ -183,7 +183,7 @@ def proof_data(proved: Proved) -> ProofData:
 
 
 def _region(trap: Trap) -> RegionData:
-    """A trapping region."""
+    """A trapping region as results.json has it."""
     motion = trap.motion
     return RegionData(
         word=motion.word.letters,

@@ -78,7 +78,7 @@ class Section(Struct, frozen=True, eq=False):
 
     @property
     def cells(self) -> int:
-        """Number of proved cells."""
+        """Number of cells of impacts that are proved to come to the motion."""
         return int(np.count_nonzero(self.halved == PROVED))
 
     @property

@@ -69,7 +69,7 @@ class Survived(Struct, frozen=True, eq=False):
 
     @property
     def cells(self) -> int:
-        """Number of proved cells."""
+        """Number of cells of shocks that are proved to return."""
         return int(np.count_nonzero(self.halved == PROVED))
 
 

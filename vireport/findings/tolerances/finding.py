@@ -53,7 +53,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         return {self.name: tolerances_data(tolerances, study.scenario)}
 
     def requirements(self) -> Iterator[Requirement]:
-        """A least yield."""
+        """The requirement of a least yield within the tolerances."""
         from vireport.findings.tolerances.judging import judged_yield, may_yield
         from vireport.study.judging.requirements import OfRun, Requirement
 

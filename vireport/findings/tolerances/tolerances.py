@@ -171,7 +171,7 @@ def _works(devices: Devices, places: Floats) -> Mask:
 
 
 def _worst(devices: Devices, design: Floats, places: Floats) -> Failure | None:
-    """Of the devices that fail, the one towards which stable motion ends first; None where none does."""
+    """The failing device towards which stable motion ends first on the way from the design; None where none fails."""
     places = places[:, ~_works(devices, places)]
     if not places.size:
         return None

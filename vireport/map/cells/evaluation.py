@@ -98,7 +98,7 @@ def schema_of(plan: MapPlan) -> pa.Schema:
 
 
 def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
-    """Compute cells of a map.
+    """Compute some cells of a map: their motions, voltages and what else the plan says.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ def picture_names(plan: MapPlan) -> tuple[str, ...]:
 
 
 class Area(Struct, frozen=True, eq=False):
-    """Cells of one colour.
+    """The cells of a map that are filled with one colour, and its entry in the legend.
 
     Attributes
     ----------

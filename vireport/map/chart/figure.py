@@ -108,7 +108,7 @@ def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
 
 
 def _fill(axes: Axes, regions: Regions, colors: Colored) -> None:
-    """Colour the regions."""
+    """Fill the regions of a chart with the colours of their motions."""
     # Beyond the frame, which cuts it, the outermost pixels go on.
     at = np.arange(-0.5, PIXELS + 1)
     for region_set, color in colors:
@@ -136,7 +136,7 @@ def _smoothed(loop: Floats) -> Path:
 
 
 def _draw_curves(paper: Paper, chart: Chart) -> None:
-    """Draw the loci."""
+    """Draw the loci of critical points as lines with names."""
     for locus, edges in zip(chart.loci, chart.regions.edges, strict=True):
         points, bounds = pieces(locus)
         for part, look, thin in ((edges, LOCI[locus.event][1] | EDGE, False), (bounds & ~edges, BAND, True)):

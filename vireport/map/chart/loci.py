@@ -66,7 +66,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
         return Word(tuple(self.word.walls[i] for i in kept), self.word.periods)
 
     def groups(self, x: Floats) -> Groups[float]:
-        """The groups at a motion."""
+        """The groups of the device at a motion on the locus."""
         return self.plane.at(x[2 * len(self.word) :].tolist())
 
     def motion(self, x: Floats) -> Motion:

@@ -49,7 +49,7 @@ of the digits are left."""
 
 
 class FollowedLocus(Struct, frozen=True, eq=False):
-    """A locus within a plane.
+    """A locus of critical points as it was followed within a plane.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class FollowedLocus(Struct, frozen=True, eq=False):
 
     @property
     def event(self) -> Event:
-        """What happens on it."""
+        """Event of the critical points on the locus."""
         return self.path.condition.event
 
     @property

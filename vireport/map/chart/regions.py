@@ -130,7 +130,7 @@ class RegionSet(Struct, frozen=True, eq=False):
 
     @property
     def share(self) -> float:
-        """Of the plane, by pixels."""
+        """Share of the plane that the regions have, by pixels."""
         return sum(region.share for region in self.regions)
 
     @property
@@ -141,7 +141,7 @@ class RegionSet(Struct, frozen=True, eq=False):
 
 
 class Regions(Struct, frozen=True, eq=False):
-    """The regions of a plane.
+    """The regions of a chart in which the same motions are stable.
 
     Attributes
     ----------

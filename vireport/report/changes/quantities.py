@@ -134,7 +134,7 @@ class ComparedQuantity(Struct, frozen=True):
 
     @property
     def identity(self) -> Hashable:
-        """What is equal where two scenarios have the same quantity."""
+        """Key of the quantity, equal in two scenarios that both have it."""
         return self.group, self.code or self.subject, self.axis, self.family
 
     @property

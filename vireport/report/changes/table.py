@@ -99,7 +99,7 @@ class ComparisonRow(Struct, frozen=True):
 
     @property
     def quantity(self) -> str:
-        """What is compared, in the package's own words."""
+        """The compared quantity in the words of the package."""
         return str(spoken(self.name))
 
     @property

@@ -35,7 +35,7 @@ class Loop(Struct, frozen=True, eq=False):
 
 
 class Hysteresis(Struct, frozen=True, eq=False):
-    """What is met along a sweep that is gone through slowly.
+    """The motions that a slow sweep comes to, upwards and downwards.
 
     Attributes
     ----------

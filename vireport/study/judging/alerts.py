@@ -109,7 +109,7 @@ class Alert(Struct, frozen=True, eq=False):
         return AlertData(**asdict(self))
 
     def to_dict(self) -> dict[str, str]:
-        """The alert as plain data."""
+        """The alert as results.json has it, as plain data."""
         data: dict[str, str] = plain(self)
         return data
 
@@ -435,7 +435,7 @@ def _doubt(path: str, value: float, capsule: float) -> Sentence | None:
 
 
 def doubted(doubt: ShakerFinding) -> Sentence:
-    """What is said of a finding of a recorded acceleration."""
+    """The sentence of an alert on a finding of a recorded acceleration."""
     numbers = {"channel": doubt.channel, "recorded": doubt.recorded, "given": doubt.stated}
     match doubt.doubt.name:
         case "FACTOR":

@@ -75,7 +75,7 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def restitution(self) -> Any:
-        """Of each design."""
+        """Restitution of the membranes of each design."""
         return map_restitution(self._groups.restitution, np.asarray)
 
     @cached_property

@@ -47,7 +47,7 @@ FINEST = 5e-7
 
 
 class Limit(Struct, frozen=True, eq=False):
-    """What is required: a number or the ends of a range, ascending, with their unit, or the words of motions.
+    """The limit of a requirement: a number or the ends of a range, ascending, with their unit, or the words of motions.
 
     `usual` where the scenario does not give it.
     """
@@ -174,7 +174,7 @@ class Criterion(Struct, frozen=True, eq=False):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """The line as plain data."""
+        """The judged requirement as results.json has it, as plain data."""
         data: dict[str, Any] = plain(self.data)
         return data
 
@@ -196,7 +196,7 @@ def unmet(criteria: Sequence[Criterion]) -> str:
 
 
 class Evidence(Struct, frozen=True, eq=False, dict=True):
-    """What is known of a scenario: all that requirements, alerts and the verdict are judged by.
+    """The results of a scenario that requirements, alerts and the verdict are judged by.
 
     `switched_on` is what the device does when it is switched on, `effects` how far what the model leaves out moves the
     nearest end.

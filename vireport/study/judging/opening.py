@@ -82,7 +82,7 @@ class WordedTile(Struct, frozen=True):
 
 
 class WordedOpening(Struct, frozen=True):
-    """An opening in words.
+    """The opening of a report or of the terminal, in words.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ class Opening(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     def worded(self, templates: Path | None = None) -> WordedOpening:
-        """The opening in words.
+        """Word the sentence, facts and tiles of the opening.
 
         Parameters
         ----------

@@ -169,7 +169,7 @@ class OfMargin(Struct, frozen=True, eq=False):
 
 
 class OfRun(Struct, frozen=True, eq=False):
-    """What is known of one design only, by a run.
+    """A required quantity that is known of one design only, by a run.
 
     Attributes
     ----------
@@ -213,7 +213,7 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def demand(self) -> Demand:
-        """What is declared with its keys."""
+        """The demand that the requirement's key is declared with."""
         return next(demand for demand, keys in DEMANDS.items() if self.key in keys)
 
     @property

@@ -118,7 +118,7 @@ class Conclusion(Enum):
 
     @property
     def weight(self) -> Weight:
-        """How much it weighs."""
+        """How much the conclusion weighs beside others."""
         return self.value[2]
 
     @property
