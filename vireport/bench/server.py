@@ -106,7 +106,7 @@ class Bench:
         return template.render(title=self.known.name, start=Markup(start)).encode()
 
     def quick(self, kind: str, question: Asked) -> dict[str, Any] | None:
-        """Answer what the user waits for: where a file was saved, the margins or, with what is computed first, a state."""
+        """Answer what the user waits for: where a file was saved, the margins, or what is first computed."""
         if kind == "save":
             return {"saved": str(save(self.known, question.state, question.name, self.folder))}
         if kind == "margins":
