@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from vireport.figures.captions import about, alt_text, held, shown_along, swept_range
+from vireport.figures.captions import about, alt_text, caption_facts, held, swept_range
 from vireport.figures.curves import simulated_points
 from vireport.figures.layout import letter_of
 from vireport.figures.portraits import portraits_picture
@@ -48,7 +48,7 @@ def _over_sweeps(figure: Task, drawings: Sequence[Drawing], templates: Path | No
     for k, (title, drawing) in enumerate(zip(titles, drawings, strict=True)):
         letters = dict.fromkeys(letter_of(k * panels + row) for row in (0, panels - 1))
         columns.append(_said("column", list(letters), title, [*held(drawing.study), swept_range(drawing.study)]))
-    shown = [shown_along(drawing.study, figure, drawing.simulated) for drawing in drawings]
+    shown = [caption_facts(drawing.study, figure, drawing.simulated) for drawing in drawings]
     texts = [
         _said("column_alt", title, alt_text(figure, facts, templates))
         for title, facts in zip(titles, shown, strict=True)
