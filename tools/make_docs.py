@@ -22,7 +22,8 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from msgspec.inspect import NoneType, Type, UnionType, type_info
 
-from vireport.study.result_records import ADDED, ResultsBlock
+from vireport.base.records import ResultsBlock
+from vireport.study.result_records import ADDED
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "benchmarks" / "results"

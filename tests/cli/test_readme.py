@@ -24,12 +24,12 @@ from vireport import (
     results,
 )
 from vireport.base.errors import EXTRAS
+from vireport.base.records import ResultsBlock
 from vireport.cli.app import program
 from vireport.optimise.problem import problem_of
 from vireport.scenario.json_schema import init_text, schema
 from vireport.scenario.loading import loads_map
 from vireport.study.provenance import provenance_of
-from vireport.study.result_records import ResultsBlock
 from vireport.text.alerts import AlertCode
 
 ROOT = Path(__file__).resolve().parents[2]

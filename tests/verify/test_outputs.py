@@ -12,7 +12,7 @@ from vireport.base.timing import Spread
 from vireport.cli.app import main
 from vireport.findings.accuracy.benchmark import MeasuredQuantity, MethodTask
 from vireport.findings.accuracy.methods import CLOSED, METHODS, WHOLE, Knob
-from vireport.findings.accuracy.workprecision import MethodRun, WorkPrecision
+from vireport.findings.accuracy.workprecision import MethodRun, UntriedMethod, WorkPrecision
 from vireport.study.judging.opening import WordedOpening
 from vireport.study.judging.verdict import Status
 from vireport.verify.outputs import accuracy_opening
@@ -66,7 +66,7 @@ def test_a_wrong_number_is_named(error: float) -> None:
 
 def test_methods_that_fail_and_what_is_not_tried_or_not_steady_are_told() -> None:
     failing = (of("SciPy Radau", MethodTask.ORBIT, 0.0, failed="left"),) * 2
-    opening = opened(work(1e-15, *failing, absent=(("simulated transient", "needs the package numba"),)))
+    opening = opened(work(1e-15, *failing, absent=(UntriedMethod("simulated transient", "needs the package numba"),)))
     assert opening.facts[0] == (Status.CAUTION, "Simulated transient was not tried: it needs the package numba.")
     assert (Status.NEUTRAL, "Runs without an answer: SciPy Radau 2.") in opening.facts
     unsteady = Spread(0.02, 0.01, 0.04)

@@ -68,3 +68,9 @@ def _value_text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     return repr(value)
+
+
+class ResultsBlock(Struct, frozen=True, kw_only=True, eq=False, rename={"from_": "from", "yield_": "yield"}):
+    """A block of keys of results.json, or of another file of results."""
+
+    __repr__ = brief

@@ -12,7 +12,8 @@ from timeit import Timer
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
+
+from vireport.base.records import ResultsBlock
 
 SAMPLE, MOST_CALLS = 2e-3, 100
 """A call shorter than this [s] is timed as one of several in a row, and of how many at the most."""
@@ -30,16 +31,30 @@ COMPUTING = ("numpy", "scipy", "numba", "mpmath")
 """Packages that the times depend on."""
 
 
-class Spread(Struct, frozen=True):
-    """Median and quartiles of the time one call takes [s]."""
+class Spread(ResultsBlock, frozen=True, eq=True):
+    """Median and quartiles of the time that one call takes.
+
+    Attributes
+    ----------
+    median, low, high : s
+        median, and quartiles
+    """
 
     median: float
     low: float
     high: float
 
 
-class Machine(Struct, frozen=True):
-    """The machine of a measurement: processor, cores, system, and versions of Python and of what computes."""
+class Machine(ResultsBlock, frozen=True):
+    """The machine of a measurement.
+
+    Attributes
+    ----------
+    processor, cores, system, python
+        its processor, number of cores, system, and version of Python
+    libraries
+        names and versions of the packages that the times depend on
+    """
 
     processor: str
     cores: int

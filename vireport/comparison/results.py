@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from vireport.base.records import ResultsBlock
 from vireport.report.changes.table import ComparedRowData
-from vireport.study.result_records import MarginToUseData, ResultsBlock
+from vireport.study.result_records import MarginToUseData
 
 
 class ComparedData(ResultsBlock, frozen=True, kw_only=True):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from vireport.base.records import ResultsBlock
 from vireport.scenario.blocks import Objective
-from vireport.study.result_records import AlertData, CriterionData, ResultsBlock
+from vireport.study.result_records import AlertData, CriterionData
 
 
 class SearchedDesign(ResultsBlock, frozen=True, kw_only=True):

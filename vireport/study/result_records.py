@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from msgspec import UNSET, Struct, UnsetType, field
+from msgspec import UNSET, UnsetType, field
 
-from vireport.base.records import brief, keyed
+from vireport.base.records import ResultsBlock, keyed
 from vireport.motions.events import Event
 from vireport.motions.stability import Stability
 from vireport.scenario.blocks import CapsuleMotion
@@ -27,12 +27,6 @@ SomeNumbers = list[float | None]
 
 Bounds = dict[str, list[float | None] | str]
 """Error bounds by the names of columns, and under ``null_means`` why some are null."""
-
-
-class ResultsBlock(Struct, frozen=True, kw_only=True, eq=False, rename={"from_": "from", "yield_": "yield"}):
-    """A block of keys of results.json."""
-
-    __repr__ = brief
 
 
 class Range(ResultsBlock, frozen=True, kw_only=True):
@@ -1675,7 +1669,7 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
         design point, or an end
     added
         those of additions: `certificates`, [proven enclosures](accuracy.md#proofs), as pairs of decimal strings;
-        `accuracy`, [error against run time](accuracy.md#error-against-run-time); `compliant`, [the motion with
+        `accuracy`, [error against run time](#error-against-run-time); `compliant`, [the motion with
         compliant membranes](accuracy.md#compliant-membranes); `driven`, [what it does under a recorded
         acceleration](#driven-by-a-record); `tolerances`, [whether every device within the tolerances
         works](#tolerances), and the yield

@@ -114,8 +114,8 @@ def _soft_membranes(study: Study) -> Iterator[Statement]:
 
 def _of_runs(work: WorkPrecision) -> Iterator[Statement]:
     """Methods that were not tried, whose runs gave no answer, and a machine on which times tell little."""
-    for name, why in work.absent:
-        yield Statement(Status.CAUTION, _said("not_tried", name, why))
+    for untried in work.absent:
+        yield Statement(Status.CAUTION, _said("not_tried", untried.method, untried.why))
     failed = Counter(run.method for run in work.runs if run.failed)
     if failed:
         names = [_said("failed_of", name, count) for name, count in failed.items()]

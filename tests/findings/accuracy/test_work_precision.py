@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from msgspec.structs import replace
+from vireport.findings.accuracy.rootfinding import find_root
 
 from vireport.base.errors import NumericalError
 from vireport.base.timing import Machine, Spread
@@ -49,12 +50,12 @@ from vireport.findings.accuracy.methods import (
     shoot,
     shoot_critical,
 )
+from vireport.findings.accuracy.results import accuracy_data
 from vireport.findings.accuracy.tables import measurements, ranking
 from vireport.findings.accuracy.workprecision import (
     ACCURACIES,
     MethodRun,
     WorkPrecision,
-    accuracy_data,
     compare,
     measure,
 )
@@ -386,8 +387,8 @@ def test_what_is_not_installed_is_left_out_with_the_reason(inclined, monkeypatch
     some = [replace(method, settings=method.settings[:1]) for method in METHODS[:6]]
     work = compare(inclined, some, 1)
     assert {run.method for run in work.runs} == {CLOSED, WHOLE, PRINTED, EXPLICIT}
-    assert {name for name, _ in work.absent} == {SIMULATED, SIMULATED_TRANSIENT}
-    assert all("pip install 'vireport[" in reason for _, reason in work.absent)
+    assert {untried.method for untried in work.absent} == {SIMULATED, SIMULATED_TRANSIENT}
+    assert all("pip install 'vireport[" in untried.why for untried in work.absent)
     assert "not tried: needs the package numba" in plain_text(ranking(work))
 
 
@@ -418,6 +419,7 @@ def test_a_busy_machine_is_told_by_the_spread_of_the_repeats(work, spread: float
     told = replace(work, runs=runs)
     assert told.unsteadiness == pytest.approx(spread)
     assert told.busy is busy
-    assert (accuracy_data(told)["busy"], accuracy_data(told)["unsteadiness"]) == (busy, told.unsteadiness)
+    data = accuracy_data(told)
+    assert (data.busy, data.unsteadiness) == (busy, told.unsteadiness)
     once = replace(work, runs=tuple(replace(run, seconds=Spread(2.0, 2.0, 2.0)) for run in work.runs))
     assert (once.unsteadiness, once.busy) == (None, False)

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base.records import brief
+from vireport.base.records import ResultsBlock, brief
 from vireport.design.point import DesignPoint, around_length
 from vireport.design.solution import Solution, stable_motion
 from vireport.findings.accuracy.flights import FlightModel
@@ -124,19 +124,19 @@ class SolvedMotion(Struct, frozen=True):
     q: float
 
 
-class MeasuredQuantity(Struct, frozen=True):
+class MeasuredQuantity(ResultsBlock, frozen=True):
     """A number that the methods are to find.
 
     Attributes
     ----------
-    key : str
-        ``velocity``, ``phase``, ``voltage`` or ``critical``.
-    task : MethodTask
-        What has to be solved for it.
-    reference : str
-        To `SHOWN` digits, in y_c, rad, V, or the unit of the swept parameter.
-    relative : bool
-        Whether errors are relative; those of the phase are in rad.
+    key
+        `velocity`, `phase`, `voltage` or `critical`
+    task
+        what has to be solved for it, `orbit` (the motion) or `critical` (the critical point)
+    reference : F π/(M ω), rad, V, or as in the scenario
+        its first 20 digits, as text
+    relative
+        whether errors are relative; those of the phase are in rad
     """
 
     key: str

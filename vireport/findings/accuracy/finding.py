@@ -70,7 +70,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
         """The block `accuracy`."""
         if measured_errors is None:
             return {STEP: None}
-        from vireport.findings.accuracy.workprecision import accuracy_data
+        from vireport.findings.accuracy.results import accuracy_data
 
         return {STEP: accuracy_data(measured_errors)}
 

@@ -177,8 +177,8 @@ def _failure_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
     for (name, task, reason), runs in groupby(failed, lambda run: (run.method, run.task, run.failed)):
         settings = [_setting(run) for run in runs]
         yield name, _task(work, task, say), say("settings", settings[0], settings[-1]), reason
-    for name, reason in work.absent:
-        yield name, say("everything"), ABSENT, say("not_tried", reason)
+    for untried in work.absent:
+        yield untried.method, say("everything"), ABSENT, say("not_tried", untried.why)
 
 
 def _order_row(work: WorkPrecision, order: Order, say: Words) -> Row:

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from math import inf, log10
 from statistics import median
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from vireport.base.errors import NumericalError, install_command
 from vireport.base.progress import Progress, WorkStep, counted, portion
-from vireport.base.records import brief, plain
+from vireport.base.records import ResultsBlock, brief
 from vireport.base.timing import (
     Machine,
     Spread,
@@ -32,6 +32,7 @@ from vireport.findings.accuracy.benchmark import (
     BenchmarkProblem,
     MeasuredQuantity,
     MethodTask,
+    SolvedMotion,
     benchmark_of,
 )
 from vireport.findings.accuracy.flights import Budget
@@ -79,24 +80,25 @@ FAILURES = (NumericalError, ArithmeticError, ValueError, Warning)
 """What a method that fails raises; warnings of the integrators count as failures."""
 
 
-class MethodRun(Struct, frozen=True):
+class MethodRun(ResultsBlock, frozen=True):
     """One method with one setting on one task.
 
     Attributes
     ----------
-    method : str
-    knob : Knob
-        What the setting is.
-    setting : float
-    task : MethodTask
-    errors : dict
-        By the key of the quantity; empty where it failed.
-    seconds : Spread or None
-        Of one solution, or once until it failed; None where it was not tried.
-    evaluations : int
-        Of the force, or of a formula with a sine and a cosine; 0 where they are not counted.
-    failed : str
-        The reason, or "".
+    method
+        its name
+    knob, setting
+        what was set, `stop`, `change`, `steps` or `rtol`, empty where nothing was, and its value
+    task
+        as of a quantity
+    errors
+        by the `key` of the quantity; empty where it failed
+    seconds
+        of one solution, or once until it failed; null where it was not tried
+    evaluations
+        of the force, or of a formula with a sine and a cosine; 0 where they are not counted
+    failed
+        the reason; empty where it did not fail
     """
 
     method: str
@@ -114,21 +116,21 @@ class MethodRun(Struct, frozen=True):
         return max(self.errors.values(), default=inf)
 
 
-class Order(Struct, frozen=True):
+class Order(ResultsBlock, frozen=True):
     """A fitted order of convergence beside the theoretical one.
 
     Attributes
     ----------
-    method : str
-    task : MethodTask
-    against : str
-        ``step``, ``tolerance`` or ``evaluations``: error ~ step^order, tolerance^order, evaluations^(-order).
-    fitted : float
-    theory : tuple of float
-        Empty where theory gives none.
-    first, last : float
-        Ends of the range that was fitted, coarse to fine: steps a period, tolerances or numbers of evaluations.
-    points : int
+    method, task
+        of the runs
+    against
+        `step`, `tolerance` or `evaluations`: error ~ step^order, tolerance^order, evaluations^(−order)
+    fitted, theory
+        the orders; of theory, a list
+    first, last
+        ends of the range that was fitted, coarse to fine: steps a period, tolerances or numbers of evaluations
+    points
+        number of runs in it
     """
 
     method: str
@@ -141,6 +143,19 @@ class Order(Struct, frozen=True):
     points: int
 
 
+class UntriedMethod(ResultsBlock, frozen=True):
+    """A method that could not be tried.
+
+    Attributes
+    ----------
+    method, why
+        its name, and why
+    """
+
+    method: str
+    why: str
+
+
 class WorkPrecision(Struct, frozen=True, eq=False):
     """The study of one scenario.
 
@@ -150,8 +165,7 @@ class WorkPrecision(Struct, frozen=True, eq=False):
         Why nothing can be compared, or "".
     benchmark : Benchmark or None
         The targets and the exact answers; None where nothing can be compared.
-    absent : tuple of (str, str)
-        Methods that could not be tried, and why.
+    absent : tuple of UntriedMethod
     repeats : int
         Samples of each time.
     """
@@ -160,7 +174,7 @@ class WorkPrecision(Struct, frozen=True, eq=False):
     benchmark: Benchmark | None
     runs: tuple[MethodRun, ...]
     orders: tuple[Order, ...]
-    absent: tuple[tuple[str, str], ...]
+    absent: tuple[UntriedMethod, ...]
     machine: Machine
     repeats: int
 
@@ -249,14 +263,15 @@ def compare(
     benchmark: Benchmark, methods: Iterable[Method], repeats: int, progress: Progress | None = None
 ) -> WorkPrecision:
     """Measure error and run time of some methods on a benchmark."""
-    trials: list[tuple[MethodRun, Callable[[], Any] | None]] = []
+    trials: list[tuple[MethodRun, Callable[[], SolvedMotion | float] | None]] = []
     orders: list[Order] = []
-    absent: list[tuple[str, str]] = []
+    absent: list[UntriedMethod] = []
     every, say = list(methods), progress or (lambda what: None)
     solving, timing = portion(say, 0.0, SOLVING_SHARE), portion(say, SOLVING_SHARE, 1.0)
     for k, method in enumerate(every):
         if method.needs and find_spec(method.needs) is None:
-            absent.append((method.name, f"needs the package {method.needs}: {install_command(method.needs)}"))
+            why = f"needs the package {method.needs}: {install_command(method.needs)}"
+            absent.append(UntriedMethod(method.name, why))
             continue
         solving(WorkStep(f"accuracy: {method.name}", k / len(every)))
         tasks = (
@@ -281,9 +296,9 @@ def _ladder(
     method: Method,
     task: MethodTask,
     target: BenchmarkProblem,
-    solver: Callable[[BenchmarkProblem, float, Budget], Any],
+    solver: Callable[[BenchmarkProblem, float, Budget], SolvedMotion | float],
     benchmark: Benchmark,
-) -> Iterator[tuple[MethodRun, Callable[[], Any] | None]]:
+) -> Iterator[tuple[MethodRun, Callable[[], SolvedMotion | float] | None]]:
     """The runs of a method on a task from coarse to fine, and what is to be timed where they did not fail.
 
     Finer ones than one that spent the budget are not tried.
@@ -292,7 +307,7 @@ def _ladder(
     for setting in method.settings:
         budget = Budget(method.most)
 
-        def call(setting: float = setting, budget: Budget = budget) -> Any:
+        def call(setting: float = setting, budget: Budget = budget) -> SolvedMotion | float:
             budget.spent = 0
             return solver(target, setting, budget)
 
@@ -308,7 +323,9 @@ def _ladder(
         exhausted = budget.spent > budget.most
 
 
-def _judged(call: Callable[[], Any], benchmark: Benchmark, limit: float) -> tuple[dict[str, float], str]:
+def _judged(
+    call: Callable[[], SolvedMotion | float], benchmark: Benchmark, limit: float
+) -> tuple[dict[str, float], str]:
     """Errors of what a method finds, or why it failed."""
     try:
         with warnings.catch_warnings():
@@ -346,22 +363,3 @@ def _orders(method: Method, task: MethodTask, ladder: list[MethodRun]) -> Iterat
         if len(set(x)) >= LEAST_POINTS:
             slope = np.polyfit([log10(value) for value in x], [log10(run.error) for run in runs], 1)[0]
             yield Order(method.name, task, against, sign * float(slope), (theory,), x[0], x[-1], len(x))
-
-
-def accuracy_data(work: WorkPrecision) -> dict[str, Any]:
-    """Errors and times of every method and setting as plain data, for results.json and accuracy.json.
-
-    Times differ from run to run; nothing else does.
-    """
-    return {
-        "nothing": work.nothing or None,
-        "value": work.benchmark.value if work.benchmark is not None else None,
-        "repeats": work.repeats,
-        "unsteadiness": work.unsteadiness,
-        "busy": work.busy,
-        "machine": plain(work.machine),
-        "quantities": [plain(quantity) for quantity in work.quantities],
-        "runs": [plain(run) for run in work.runs],
-        "orders": [plain(order) for order in work.orders],
-        "left_out": [{"method": method, "why": why} for method, why in work.absent],
-    }

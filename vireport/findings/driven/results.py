@@ -5,10 +5,10 @@ from __future__ import annotations
 from msgspec import UNSET, UnsetType
 from msgspec.structs import asdict
 
+from vireport.base.records import ResultsBlock
 from vireport.findings.driven.driven import Driven
 from vireport.findings.driven.means import Mean, NoInterval
 from vireport.measurement.shaker import ShakerDoubt, ShakerFinding
-from vireport.study.result_records import ResultsBlock
 
 MAY_LACK = "speed_bottom_m_s", "speed_top_m_s", "voltage_per_s", "power_mw"
 """Means that are null where there is no impact, or nothing to evaluate."""

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
+from vireport.base.records import ResultsBlock
 from vireport.findings.outcomes.outcomes import Outcomes
 from vireport.motions.families import Claim
-from vireport.study.result_records import DisturbancesData, ResultsBlock, ShockData
+from vireport.study.result_records import DisturbancesData, ShockData
 from vireport.study.results import finite
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from msgspec import field
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
+from vireport.base.records import ResultsBlock
 from vireport.findings.proofs.proved import ClaimedSection, Proved, ProvedRegion, Rechecked, prove_again
 from vireport.findings.proofs.trap import Trap
 from vireport.physics.device import Device
@@ -17,7 +18,7 @@ from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 from vireport.scenario.loading import load
 from vireport.study.reading import read_record
-from vireport.study.result_records import DisturbancesData, ResultsBlock, ShockData
+from vireport.study.result_records import DisturbancesData, ShockData
 from vireport.study.results import results_block
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vireport.base.errors import UsageError
+from vireport.base.records import ResultsBlock
 from vireport.findings.tolerances.proof import Proof, prove_again
 from vireport.findings.tolerances.region import region_of
 from vireport.findings.tolerances.tolerances import Answer, Failure, Tolerances, half_widths
@@ -17,7 +18,6 @@ from vireport.scenario.loading import load
 from vireport.scenario.parameters import DesignInput
 from vireport.scenario.writing import as_yaml, device_tree
 from vireport.study.reading import read_record
-from vireport.study.result_records import ResultsBlock
 from vireport.study.results import results_block
 
 

@@ -14,11 +14,10 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base.records import plain
+from vireport.base.records import ResultsBlock, plain
 from vireport.report.changes.quantities import Along, ComparedQuantity, ComparedScenario, QuantityGroup
 from vireport.report.changes.sentences import side_by_side
 from vireport.scenario.parameters import DesignInput, Parameter
-from vireport.study.result_records import ResultsBlock
 from vireport.text.foreign import visible
 from vireport.text.formatting import OF_A_MODEL, Exactness, rounded_text
 from vireport.text.said import Said, spoken
