@@ -21,30 +21,30 @@ from record import record
 from vireport import load
 from vireport.findings.accuracy.methods import METHOD_NAMES, WHOLE
 from vireport.findings.accuracy.workprecision import ACCURACIES
-from vireport.findings.membranes.compliance import compliance_data
-from vireport.findings.membranes.solvers import STEPS
+from vireport.findings.membranes.compliance import Compliance
+from vireport.findings.membranes.solvers import FIXED, STEPS, RunOutcome
 from vireport.verify.outputs import files, measured_study, text, with_accuracy_block
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 
-def compliant(data: dict[str, Any]) -> dict[str, Any]:
+def compliant(comparison: Compliance) -> dict[str, Any]:
     """What docs/accuracy.md says of compliant membranes: shifts with the scenario's own, the rate, what survives."""
-    own, runs = data["rungs"][0], data["runs"]
+    own, runs = comparison.rungs[0], comparison.runs
     coarse = [
-        run["factor"]
+        run.factor
         for run in runs
-        if (run["solver"], run["setting"]) == ("RK4", STEPS[0]) and run["outcome"] == "overflow"
+        if (run.solver, run.setting) == (FIXED, STEPS[0]) and run.outcome is RunOutcome.OVERFLOW
     ]
-    adaptive = [run["factor"] for run in runs if run["solver"] in ("RK45", "DOP853") and run["outcome"] == "solved"]
+    explicit = [run.factor for run in runs if run.solver in ("RK45", "DOP853") and run.outcome is RunOutcome.SOLVED]
     return {
-        "contact_percent": [50 * own["orbit"][wall]["duration"] for wall in ("top", "bottom")],
-        "shift_percent": {criterion["name"]: 100 * abs(criterion["shift"]) for criterion in data["criteria"]},
-        "critical_value": own["critical_value"],
-        "exponent": data["convergence"][0]["exponent"],
-        "order": data["order"],
+        "contact_percent": [50 * touch.duration for touch in (own.orbit.top, own.orbit.bottom)],
+        "shift_percent": {criterion.name: 100 * abs(criterion.shift) for criterion in comparison.criteria},
+        "critical_value": own.critical_value,
+        "exponent": comparison.convergence[0].exponent,
+        "order": comparison.order,
         "overflow_from": min(coarse),
-        "survived_to": max(adaptive),
+        "survived_to": max(explicit),
     }
 
 
@@ -62,7 +62,7 @@ def main() -> None:
         columns=columns,
         without_guess_us=microseconds.pop(WHOLE),
         us=microseconds,
-        compliant=compliant(compliance_data(study.findings["membranes"])),
+        compliant=compliant(study.findings["membranes"]),
     )
     picture = EXAMPLES / "pictures" / "inclined-figure-accuracy.png"
     picture.write_bytes(files(study)["figure-accuracy.png"])

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from vireport.base.progress import Progress
+from vireport.base.records import ResultsBlock
 
 if TYPE_CHECKING:
     from vireport.design.switched_on import SwitchedOn
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from vireport.text.alerts import AlertCode, Sentence
 
 Result = TypeVar("Result")
+
+AddedBlocks = Mapping[str, ResultsBlock | Sequence[ResultsBlock] | None]
+"""Blocks of results.json by their keys, null where nothing was found."""
 
 
 class AddedFinding(Generic[Result]):
@@ -79,8 +83,8 @@ class AddedFinding(Generic[Result]):
         """Whether the motion is to be solved with the membranes' own stiffness, short as its contacts may be."""
         return False
 
-    def results(self, result: Result | None, study: Study) -> Mapping[str, Any]:
-        """Its keys of results.json, null where nothing was found."""
+    def results(self, result: Result | None, study: Study) -> AddedBlocks:
+        """Its keys of results.json."""
         return {}
 
     def results_within(self, block: DisturbancesData, result: Result | None) -> DisturbancesData:

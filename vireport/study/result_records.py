@@ -1668,11 +1668,10 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
         [the least margin](#effects) that rigid impacts, soft membranes and neglected effects leave; null without a
         design point, or an end
     added
-        those of additions: `certificates`, [proven enclosures](accuracy.md#proofs), as pairs of decimal strings;
-        `accuracy`, [error against run time](#error-against-run-time); `compliant`, [the motion with
-        compliant membranes](accuracy.md#compliant-membranes); `driven`, [what it does under a recorded
-        acceleration](#driven-by-a-record); `tolerances`, [whether every device within the tolerances
-        works](#tolerances), and the yield
+        those of additions: `certificates`, [proven enclosures](#proved-critical-points); `accuracy`, [error against run
+        time](#error-against-run-time); `compliant`, [the motion with compliant membranes](#compliant-membranes);
+        `driven`, [what it does under a recorded acceleration](#driven-by-a-record); `tolerances`, [whether every device
+        within the tolerances works](#tolerances), and the yield
     requirements
         [the acceptance table](#requirements-and-alerts); null without requirements
     disturbances
@@ -1705,7 +1704,7 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
     own_stiffness: OwnStiffnessData | None = None
     effects: EffectsData | None = None
     margin_to_use: MarginToUseData | None = None
-    added: dict[str, Any] = field(default_factory=dict, name=ADDED)
+    added: dict[str, ResultsBlock | list[ResultsBlock] | None] = field(default_factory=dict, name=ADDED)
     requirements: RequirementsData | None = None
     disturbances: DisturbancesData | None = None
     measured: list[MeasuredData] | UnsetType = UNSET

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import partial
 from itertools import pairwise
 from math import inf, isfinite, radians, sin
@@ -10,8 +11,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from msgspec.structs import replace
-from vireport.findings.accuracy.rootfinding import find_root
 
+from vireport.base.encoding import json_text
 from vireport.base.errors import NumericalError
 from vireport.base.timing import Machine, Spread
 from vireport.figures.captions import alt_text
@@ -50,7 +51,7 @@ from vireport.findings.accuracy.methods import (
     shoot,
     shoot_critical,
 )
-from vireport.findings.accuracy.results import accuracy_data
+from vireport.findings.accuracy.results import AccuracyData, accuracy_data
 from vireport.findings.accuracy.tables import measurements, ranking
 from vireport.findings.accuracy.workprecision import (
     ACCURACIES,
@@ -69,6 +70,7 @@ from vireport.scenario.parameters import Parameter
 from vireport.study.checks import reference
 from vireport.study.checks.reference import reference_orbit, reference_voltage
 from vireport.study.plan import Task
+from vireport.study.reading import read_record
 from vireport.study.study import analyse
 from vireport.text.tables import plain_text
 
@@ -419,7 +421,8 @@ def test_a_busy_machine_is_told_by_the_spread_of_the_repeats(work, spread: float
     told = replace(work, runs=runs)
     assert told.unsteadiness == pytest.approx(spread)
     assert told.busy is busy
-    data = accuracy_data(told)
+    data = read_record(json.loads(json_text(accuracy_data(told))), AccuracyData, "accuracy.json", "accuracy")
     assert (data.busy, data.unsteadiness) == (busy, told.unsteadiness)
+    assert [run.errors for run in data.runs] == [run.errors for run in work.runs]
     once = replace(work, runs=tuple(replace(run, seconds=Spread(2.0, 2.0, 2.0)) for run in work.runs))
     assert (once.unsteadiness, once.busy) == (None, False)

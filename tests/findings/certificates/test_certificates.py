@@ -14,7 +14,7 @@ from pages import Page
 from strategies import random_sweeps
 
 from vireport import analyse, load, loads
-from vireport.base.records import plain
+from vireport.base.encoding import json_text
 from vireport.motions.diagram import solve
 from vireport.motions.events import CRITICAL, Event
 from vireport.motions.orbits import orbits
@@ -28,6 +28,7 @@ from flint import arb
 
 from vireport.findings.certificates.printed import certify_text
 from vireport.findings.certificates.proofs import certify, certify_point
+from vireport.findings.certificates.results import Certificate
 from vireport.report.context import Report
 from vireport.report.rendering import render_html
 from vireport.study.checks.confinement import stays_between
@@ -37,6 +38,7 @@ from vireport.study.checks.enclosures import (
     precision,
 )
 from vireport.study.provenance import provenance_of
+from vireport.study.reading import read_record
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
 
@@ -263,8 +265,8 @@ def test_what_is_told_of_it(case) -> None:
     text = certify_text(certificates, Parameter.LENGTH)
     assert "B1" in text
     assert "7 of 7 critical points proved" in text
-    data = json.loads(json.dumps([plain(certificate) for certificate in certificates], allow_nan=False))
-    assert data[0]["sweep_value"] == list(certificates[0].sweep_value)
+    (first, *_) = json.loads(json_text(certificates))
+    assert read_record(first, Certificate, "results.json", "certificates[0]").sweep_value == certificates[0].sweep_value
     failed = replace(certificates[0], proved=False, reason="it is degenerate", sweep_value=None)
     assert "not proved: it is degenerate" in certify_text((failed,), Parameter.LENGTH)
 

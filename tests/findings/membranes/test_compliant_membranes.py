@@ -11,14 +11,16 @@ from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
 from vireport import analyse, loads
+from vireport.base.encoding import json_text
 from vireport.base.errors import NumericalError
 from vireport.design.compliant.descent import FINEST, CompliantMotion, Rigid, descend, motion_to_follow
 from vireport.design.compliant.model import compliant_model
 from vireport.design.compliant.return_map import SUBSTEPS, bounce
 from vireport.design.point import design_point
-from vireport.findings.membranes.compliance import Compliance, compliance, compliance_data
+from vireport.findings.membranes.compliance import Compliance, compliance
 from vireport.findings.membranes.figure import picture
 from vireport.findings.membranes.finding import FINDING
+from vireport.findings.membranes.results import ComplianceData, compliance_data
 from vireport.findings.membranes.solvers import RunOutcome, period_of, run_once
 from vireport.findings.membranes.tables import comparison_with_rigid, solvers_on_stiff_membranes, verdict
 from vireport.physics.contact import damping_number
@@ -28,6 +30,7 @@ from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import BOTTOM
 from vireport.study.plan import ALL_FORMATS, Task, plan
+from vireport.study.reading import read_record
 from vireport.text.tables import plain_text
 
 ALL = len(SUBSTEPS)
@@ -234,7 +237,9 @@ def test_strongly_compliant_membranes_are_a_result(study) -> None:
     assert "followed to about K times" in effects.unscaled.reason
     assert effects.grade == 2
     assert "not good enough" in verdict(effects)
-    json.dumps(compliance_data(effects), allow_nan=False)
+    written = json.loads(json_text(compliance_data(effects)))
+    assert written["rungs"][0]["orbit"] is None
+    assert read_record(written, ComplianceData, "accuracy.json", "compliant").grade == 2
 
 
 def test_what_cannot_be_compared_says_why(example) -> None:

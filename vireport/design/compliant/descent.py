@@ -16,6 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
+from vireport.base.records import ResultsBlock
 from vireport.design.compliant.model import CompliantModel, compliant_model, free_flight
 from vireport.design.compliant.return_map import SUBSTEPS, Bounce, ReturnTrip, return_trip
 from vireport.design.solution import Solution, stable_motion
@@ -98,22 +99,21 @@ class _TouchedBefore(NumericalError):
     """The ball touches a membrane on its way, so that what the return map leads to is no motion."""
 
 
-class Rigid(Struct, frozen=True, eq=False):
+class Rigid(ResultsBlock, frozen=True):
     """The motion with rigid impacts that is followed to compliant membranes.
 
     Attributes
     ----------
-    parameter : Parameter
-    value : float
-        Of the parameter, at which the motion is.
-    chosen : str
-        Why this one, in words.
-    velocity_bottom, velocity_top : float
-        Z' just before the impact [y_c].
-    phase_bottom, phase_top : float
-        Forcing phase there [rad].
-    time_up : float
-        Of the flight from the bottom to the top [t_c].
+    parameter, value
+        the swept parameter, or the length, and its value, at which the motion is
+    chosen
+        why this one, in words
+    velocity_bottom, velocity_top : F π/(M ω)
+        Z' just before the impact
+    phase_bottom, phase_top : rad
+        phase of the force there
+    time_up : half a forcing period
+        of the flight from the bottom to the top
     """
 
     parameter: Parameter
@@ -126,20 +126,21 @@ class Rigid(Struct, frozen=True, eq=False):
     time_up: float
 
 
-class CompliantMotion(Struct, frozen=True):
+class CompliantMotion(ResultsBlock, frozen=True):
     """A periodic motion with one contact on each membrane, dimensionless.
 
     Attributes
     ----------
-    bottom, top : Bounce
-    flight_down : float
-        Time from leaving the top to touching the bottom [t_c].
-    residual : float
-        Difference of the state after a period [y_c, rad].
-    trace, determinant : float
-        Of the linearised return map from touch to touch of the bottom.
-    error : float
-        Estimate of the velocity's and the phase's error.
+    bottom, top
+        the contacts
+    flight_down : half a forcing period
+        time from leaving the top to touching the bottom
+    residual : F π/(M ω), rad
+        difference of the state after a period
+    trace, determinant : 1
+        of the linearised return map from touch to touch of the bottom
+    error : F π/(M ω), rad
+        estimate of the velocity's and the phase's error
     """
 
     bottom: Bounce

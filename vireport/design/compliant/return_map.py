@@ -24,6 +24,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
+from vireport.base.records import ResultsBlock
 from vireport.design.compliant.model import CompliantModel, ContactUnits, contact_units
 from vireport.motions.stability import flight_jacobian
 from vireport.physics import flight
@@ -63,21 +64,21 @@ STAYS = "the ball stays on the membrane instead of bouncing"
 """Why a contact has no end: it is pressed onto the membrane."""
 
 
-class Bounce(Struct, frozen=True):
+class Bounce(ResultsBlock, frozen=True):
     """A contact from its touch, dimensionless.
 
     Attributes
     ----------
-    wall : int
-        1 at the bottom, -1 at the top.
-    velocity, phase : float
-        Z' and forcing phase [rad], in [0, 2 pi), at the touch.
-    duration : float
-        Until the ball leaves [t_c].
-    leaving : float
-        Z' then.
-    deflection : float
-        The largest one.
+    wall
+        1 at the bottom, −1 at the top
+    velocity, phase : F π/(M ω), rad
+        Z' and phase of the force, in [0, 2π), at the touch
+    duration : half a forcing period
+        until the ball leaves
+    leaving : F π/(M ω)
+        Z' then
+    deflection : F π²/(M ω²)
+        the largest one
     """
 
     wall: int

@@ -10,7 +10,7 @@ from vireport.base.errors import install_command
 from vireport.base.progress import Progress
 from vireport.findings.accuracy.keys import AccuracyBlock
 from vireport.scenario.keys import block_of
-from vireport.study.finding import AddedFinding
+from vireport.study.finding import AddedBlocks, AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.accuracy.workprecision import WorkPrecision
@@ -66,7 +66,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
         assert block is not None
         return measure(study.solution, block.repeats, say)
 
-    def results(self, measured_errors: WorkPrecision | None, study: Study) -> Mapping[str, Any]:
+    def results(self, measured_errors: WorkPrecision | None, study: Study) -> AddedBlocks:
         """The block `accuracy`."""
         if measured_errors is None:
             return {STEP: None}

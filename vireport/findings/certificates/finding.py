@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vireport.base.progress import Progress
-from vireport.study.finding import AddedFinding
+from vireport.study.finding import AddedBlocks, AddedFinding
 
 if TYPE_CHECKING:
-    from vireport.findings.certificates.proofs import Certificate
+    from vireport.findings.certificates.results import Certificate
     from vireport.study.plan import DeclaredStep
     from vireport.study.study import Study
 
@@ -36,11 +36,9 @@ class CertificatesFinding(AddedFinding["tuple[Certificate, ...]"]):
         say("proving the critical points")
         return certify(study.solution.diagram)
 
-    def results(self, certificates: tuple[Certificate, ...] | None, study: Study) -> Mapping[str, Any]:
+    def results(self, certificates: tuple[Certificate, ...] | None, study: Study) -> AddedBlocks:
         """The block of the same name."""
-        from vireport.base.records import plain
-
-        return {self.name: None if certificates is None else [plain(certificate) for certificate in certificates]}
+        return {self.name: certificates}
 
     def printed(self, certificates: tuple[Certificate, ...], study: Study) -> str:
         """A line for each critical point."""

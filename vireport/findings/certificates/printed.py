@@ -9,7 +9,7 @@ from vireport.scenario.parameters import Parameter
 from vireport.text.enclosed import plus_minus
 
 if TYPE_CHECKING:
-    from vireport.findings.certificates.proofs import Certificate
+    from vireport.findings.certificates.results import Certificate
 
 
 def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> str:

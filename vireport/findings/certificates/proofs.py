@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base.records import brief
+from vireport.findings.certificates.results import PRECISIONS, Certificate
 from vireport.motions.conditions import Condition
 from vireport.motions.diagram import BifurcationDiagram
 from vireport.motions.events import Event
@@ -40,9 +40,6 @@ from vireport.study.checks.enclosures import (
     prove,
 )
 
-PRECISIONS = (192, 384, 768)
-"""Bits of the arithmetic, tried in this order: next to a horizontal capsule cancellation may take seventy."""
-
 PLACE = 1e-12
 """Distance (in q, relative to q - 1/2; and in phase) from a point as printed at which what is proved is another one."""
 
@@ -63,63 +60,6 @@ FIRST_TRIES = 6
 
 STATED = "u", "phi", "d", "gbar", "velocity_bottom", "velocity_top"
 """The numbers of a point that have error bounds, by their names in `Orbits`."""
-
-Enclosure = tuple[str, str]
-"""A decimal number below and one above."""
-
-
-class Certificate(Struct, frozen=True):
-    """What is proved of one critical point.
-
-    Attributes
-    ----------
-    label : str
-    kind : Event
-        Those of the critical point.
-    proved : bool
-        Whether exactly one point fulfils its equations near the one stated, with impact velocities of the right signs
-        and, where a turning point of the ball touches a membrane, within its flight.
-    reason : str
-        Why it is not proved, or "".
-    sweep_value, d, gbar, q, phi_bottom_rad, velocity_bottom : tuple of str, or None
-        Bounds as decimal numbers, rounded outward; None where nothing is proved. The swept value is in its unit.
-    bits : int
-        Precision of the arithmetic.
-    bound_holds : bool
-        Whether it is proved that the swept value as stated, a double, is within its stated error bound.
-    radius : float
-        Half the width in q (relative to q - 1/2) and phase of the box in which the point is the only one; 0 if none.
-    side : str
-        What the trace's proved slope along the sweep says: ``stable above``, ``focus below``, ..., or "" for a fold
-        or a grazing point, where the trace has none, and where a range of foci is too short for its ends to be told
-        apart. Above is at larger swept values.
-    admissible : bool or None
-        Whether the ball is proved to stay between the membranes (or proved not to); None where it is undecided.
-    mirror_proved : bool or None
-        Whether the mirror image is proved likewise; None where there is none.
-    beyond : tuple of str
-        Numbers of the motion (``u``, ``phi``, ``d``, ...) as stated whose own error bounds are not proved to hold.
-    """
-
-    label: str
-    kind: Event
-    proved: bool
-    reason: str
-    sweep_value: Enclosure | None = None
-    d: Enclosure | None = None
-    gbar: Enclosure | None = None
-    q: Enclosure | None = None
-    phi_bottom_rad: Enclosure | None = None
-    velocity_bottom: Enclosure | None = None
-    bits: int = PRECISIONS[-1]
-    bound_holds: bool = False
-    radius: float = 0.0
-    side: str = ""
-    admissible: bool | None = None
-    mirror_proved: bool | None = None
-    beyond: tuple[str, ...] = ()
-
-    __repr__ = brief
 
 
 def certify(diagram: BifurcationDiagram | None) -> tuple[Certificate, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.base.progress import Progress
-from vireport.study.finding import AddedFinding
+from vireport.study.finding import AddedBlocks, AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.driven.driven import Driven
@@ -45,7 +45,7 @@ class DrivenFinding(AddedFinding["Driven"]):
         assert record is not None
         return driven_by(record, study.loaded.place, study.solution.device, study.solution.membrane, say)
 
-    def results(self, driven: Driven | None, study: Study) -> Mapping[str, Any]:
+    def results(self, driven: Driven | None, study: Study) -> AddedBlocks:
         """The block of the same name, where there is a record."""
         if driven is None:
             return {}

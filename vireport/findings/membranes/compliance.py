@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from enum import IntEnum, StrEnum
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.progress import WorkStep, portion
-from vireport.base.records import brief, plain
+from vireport.base.records import ResultsBlock, brief
 from vireport.design.compliant.descent import (
     FINEST,
     MULTIPLIER,
@@ -66,8 +66,20 @@ MARGIN_LIMITS = 0.1, 0.5
 """Shift of the critical point over the design point's distance from it."""
 
 
-class StiffnessRung(Struct, frozen=True):
-    """The compliant model at `factor` times K: the motion, the critical value, and the reason where one is lost."""
+class StiffnessRung(ResultsBlock, frozen=True):
+    """The compliant model with the membrane's stiffness times a factor.
+
+    Attributes
+    ----------
+    factor : 1
+        by which K is multiplied
+    orbit
+        the motion; null where it is lost
+    critical_value : as in the scenario
+        of `varied`, at the critical point that is followed; null where it is lost, or there is none
+    reason
+        why one is null; else empty
+    """
 
     factor: float
     orbit: CompliantMotion | None
@@ -86,17 +98,17 @@ class StiffnessRung(Struct, frozen=True):
         )
 
 
-class Convergence(Struct, frozen=True):
+class Convergence(ResultsBlock, frozen=True):
     """How one quantity approaches its rigid value.
 
     Attributes
     ----------
-    quantity : str
-        ``velocity``, ``phase`` or ``critical value``.
-    distances : tuple of float or None
-        From the rigid value on each rung: relative, but for the phase [rad].
-    exponent : float or None
-        Of K, fitted to the stiffest rungs; None where there are fewer than two above rounding.
+    quantity
+        `velocity`, `phase` or `critical value`
+    distances : 1, rad
+        from the rigid value on each rung, relative but for the phase; null as there
+    exponent : 1
+        of K, fitted to the stiffest rungs; null where there are fewer than two above rounding
     """
 
     quantity: str
@@ -122,19 +134,33 @@ class Grade(IntEnum):
         return self is Grade.INSUFFICIENT
 
 
-class ModelCriterion(Struct, frozen=True):
-    """Whether the rigid model is good enough: a relative shift, and sizes up to which it is good, or fair to use."""
+class ModelCriterion(ResultsBlock, frozen=True):
+    """Whether the rigid model is good enough by one quantity.
+
+    Attributes
+    ----------
+    name
+        the quantity, in words
+    shift : 1
+        from its rigid value: relative, of a critical point over the margin to it
+    good, fair : 1
+        sizes of the shift up to which the rigid model is good, or fair to use
+    grade
+        as of the block, by this quantity alone
+    """
 
     name: str
     shift: float
     good: float
     fair: float
+    grade: Grade
 
-    @property
-    def grade(self) -> Grade:
-        """Grade of the rigid model by the size of the shift."""
-        size = abs(self.shift)
-        return Grade.INSUFFICIENT if size > self.fair else Grade.CARE if size > self.good else Grade.GOOD
+    @classmethod
+    def of(cls, name: str, shift: float, good: float, fair: float) -> ModelCriterion:
+        """Grade the rigid model by the size of a shift."""
+        size = abs(shift)
+        grade = Grade.INSUFFICIENT if size > fair else Grade.CARE if size > good else Grade.GOOD
+        return cls(name, shift, good, fair, grade)
 
 
 class Unit(StrEnum):
@@ -180,8 +206,14 @@ class Compared(Struct, frozen=True):
         return _shift(self.compliant, self.rigid, self.unit is Unit.PHASE)
 
 
-class Volts(Struct, frozen=True):
-    """U_ave [V] by the rigid velocities, by those of the compliant motion, and by its deflections."""
+class Volts(ResultsBlock, frozen=True):
+    """Mean voltage of both impacts with the scenario's own stiffness.
+
+    Attributes
+    ----------
+    rigid, by_velocity, by_deflection : V
+        by the rigid velocities, by those of the compliant motion, and by its deflections
+    """
 
     rigid: float
     by_velocity: float
@@ -390,7 +422,7 @@ def _motion_rows(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel) ->
         ("top", orbit.top, rigid.velocity_top, rigid.phase_top, r_top),
     ):
         at, depth = f"at the {name}", float(contacts(np.array(speed), model.membrane, r).elastic_deflection)
-        criterion = ModelCriterion(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)
+        criterion = ModelCriterion.of(f"velocity {at}", _shift(touch.velocity, speed), *SPEED_LIMITS)
         yield Compared(f"velocity {at}", Unit.VELOCITY, speed, touch.velocity, criterion)
         yield Compared(f"phase {at}", Unit.PHASE, phase, touch.phase)
         # A forcing period is 2 t_c; a rigid contact takes no time.
@@ -403,7 +435,7 @@ def _motion_rows(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel) ->
 
 def _voltage_rows(volts: Volts) -> Iterator[Compared]:
     name = "U_ave by the velocities"
-    criterion = ModelCriterion(name, _shift(volts.by_velocity, volts.rigid), *VOLTAGE_LIMITS)
+    criterion = ModelCriterion.of(name, _shift(volts.by_velocity, volts.rigid), *VOLTAGE_LIMITS)
     yield Compared(name, Unit.VOLTAGE, volts.rigid, volts.by_velocity, criterion)
     yield Compared("U_ave by the deflections", Unit.VOLTAGE, volts.rigid, volts.by_deflection)
 
@@ -421,23 +453,5 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
     # At a design that stands on the critical point there is no margin that a shift could be held against.
     if value is None or not margin:
         return
-    criterion = ModelCriterion(label, (value - at) / margin, *MARGIN_LIMITS)
+    criterion = ModelCriterion.of(label, (value - at) / margin, *MARGIN_LIMITS)
     yield Compared(f"margin to {label}", varied, margin, side * (comparison.design_value - value), criterion)
-
-
-def compliance_data(comparison: Compliance) -> dict[str, Any]:
-    """The compliant motion beside the rigid one, and every run of a solver, as plain data for JSON."""
-    return {
-        "nothing": comparison.reason or None,
-        "grade": comparison.grade,
-        "rigid": None if comparison.rigid is None else plain(comparison.rigid),
-        "varied": comparison.varied,
-        "design_value": comparison.design_value,
-        "order": comparison.order,
-        "rungs": [plain(rung) for rung in comparison.rungs],
-        "convergence": [plain(convergence) for convergence in comparison.convergence],
-        "volts": None if comparison.volts is None else plain(comparison.volts),
-        "runs": [plain(run) for run in comparison.runs],
-        "error_bounds": [None if rung.orbit is None else rung.orbit.error for rung in comparison.rungs],
-        "criteria": [{**plain(criterion), "grade": criterion.grade} for criterion in comparison.criteria],
-    }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.base.progress import Progress
 from vireport.scenario.keys import value_at
-from vireport.study.finding import AddedFinding
+from vireport.study.finding import AddedBlocks, AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.membranes.compliance import Compliance
@@ -61,11 +61,11 @@ class MembranesFinding(AddedFinding["Compliance"]):
         """Whether the rigid model is not good enough."""
         return compliance.grade is not None and compliance.grade.contradicts
 
-    def results(self, compliance: Compliance | None, study: Study) -> Mapping[str, Any]:
+    def results(self, compliance: Compliance | None, study: Study) -> AddedBlocks:
         """The block `compliant` of results.json; null where it was not computed."""
         if compliance is None:
             return {RESULTS: None}
-        from vireport.findings.membranes.compliance import compliance_data
+        from vireport.findings.membranes.results import compliance_data
 
         return {RESULTS: compliance_data(compliance)}
 

@@ -18,6 +18,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from vireport.base.records import ResultsBlock
 from vireport.base.timing import timed_in_turns
 from vireport.design.compliant.descent import CompliantMotion
 from vireport.design.compliant.model import CompliantModel
@@ -61,23 +62,23 @@ class RunOutcome(StrEnum):
     BUDGET = f"more than {MOST_EVALUATIONS} evaluations"
 
 
-class SolverRun(Struct, frozen=True):
+class SolverRun(ResultsBlock, frozen=True):
     """One solver with one setting on one membrane.
 
     Attributes
     ----------
-    solver : str
-    setting : float
-        Relative tolerance, or the number of steps of the fixed-step method.
-    factor : float
-        By which K is multiplied.
-    outcome : RunOutcome
-    error : float or None
-        Distance of (Z, Z') from the motion at the end of the period, dimensionless; None where the end was not reached.
-    steps, evaluations : int
-        Taken until the end or the failure; rejected steps count as evaluations only.
-    seconds : float
-        Median run time.
+    solver, setting
+        its name, and the relative tolerance, or the number of steps of the fixed-step method
+    factor : 1
+        by which K is multiplied
+    outcome
+        `solved`, or in words what went wrong
+    error : 1
+        distance of (Z, Z') from the motion at the end of the period, dimensionless; null where the end was not reached
+    steps, evaluations
+        taken until the end or the failure; rejected steps count as evaluations only
+    seconds : s
+        median run time
     """
 
     solver: str

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vireport.base.progress import Progress
-from vireport.study.finding import AddedFinding
+from vireport.study.finding import AddedBlocks, AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
@@ -44,7 +44,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         widths = half_widths(device, block)
         return assess_tolerances(device, widths, study.solution.membrane, block.distribution, block.samples)
 
-    def results(self, tolerances: Tolerances | None, study: Study) -> Mapping[str, Any]:
+    def results(self, tolerances: Tolerances | None, study: Study) -> AddedBlocks:
         """The block of the same name."""
         if tolerances is None:
             return {self.name: None}
