@@ -10,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import convert
 from pages import Page, lines_of, read_back
 from pypdf import PdfReader
 
 from vireport import load
 from vireport.cli.app import main
+from vireport.identify.results import IdentifiedData
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SCENARIO, IMPACTS = str(EXAMPLES / "measured.yaml"), str(EXAMPLES / "measured-impacts.csv")
@@ -45,7 +47,9 @@ def silenced(folder: Path) -> str:
 
 def identified(capsys, *arguments: str) -> dict:
     assert main(["identify", SCENARIO, "--impacts", IMPACTS, "--json", *arguments]) == 0
-    return json.loads(capsys.readouterr().out)
+    results = json.loads(capsys.readouterr().out)
+    assert convert(results, IdentifiedData).misfit.accepted == results["misfit"]["accepted"]
+    return results
 
 
 @pytest.mark.slow
@@ -167,8 +171,8 @@ def test_a_record_that_contradicts_the_model_gives_no_interval(capsys, tmp_path:
     assert read_back("identify, contradicted", lines_of((tmp_path / "out" / "report.html").read_bytes())) == []
     results = json.loads((tmp_path / "out" / "identified.json").read_text())
     assert results["identified"] == results["covariance"] == []
+    assert convert(results, IdentifiedData).misfit.alternative == "swapped_membranes"
     assert results["scenario"] is None
-    assert results["misfit"]["alternative"] == "swapped_membranes"
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import EXAMPLES, first
+from msgspec import convert
 from msgspec.structs import replace
 from scipy.io import savemat
 from sounds import RATE, clock, hum, ringing, signal
@@ -20,6 +21,7 @@ from vireport import load
 from vireport.cli.app import main
 from vireport.design.devices import devices_off, stable_motions
 from vireport.design.point import design_point
+from vireport.identify.results import IdentifiedData
 from vireport.measurement.records import read_record
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, with_harmonic
@@ -95,6 +97,7 @@ def test_raw_signals_are_identified_with_the_truth_behind_them(capsys, tmp_path:
     for row in results["identified"]:
         assert abs(row["value"] - TRUTH[row["name"]]) < 3.5 * row["standard_error"]
         assert row["standard_error"] < 2e-4
+    assert convert(results, IdentifiedData).record.excitation.maximum_s > 0
     measured = results["record"]["excitation"]
     for key, value in (("amplitude_n", 3.0), ("frequency_hz", 2.0)):
         assert abs(measured[key]["value"] - value) < 4 * measured[key]["standard_error"]

@@ -8,6 +8,7 @@ from math import hypot, sqrt
 import numpy as np
 from msgspec import Struct
 
+from vireport.base.records import ResultsBlock
 from vireport.base.shares import share_interval
 from vireport.design.devices import DEVIATIONS, Floats, devices_off, sample_steps, stable_motions
 from vireport.design.margins import Margin
@@ -30,20 +31,20 @@ HALVINGS = 8
 """Times that the standard error of an input is halved in search of the one that a further measurement needs."""
 
 
-class MeasuredShare(Struct, frozen=True):
+class MeasuredShare(ResultsBlock, frozen=True):
     """The share of devices with stable 1:1 motion among those that a measurement allows.
 
     Attributes
     ----------
-    stable, samples : int
-        Devices with stable motion, and all.
-    low, high : float
-        Its 95 % interval by Clopper and Pearson.
-    costly : DesignInput or None
-        The input whose error costs most, where it cannot be said.
-    needed : float or None
-        Standard error with which that input would have to be measured for it to be said, in its unit; None where it
-        would not do alone.
+    stable, samples
+        devices with stable motion, and all
+    low, high : 1
+        95 % interval of their share by Clopper and Pearson
+    costly
+        the input whose error costs most, where stability cannot be said; else null
+    needed
+        standard error with which that input would have to be measured for it to be said, in its unit; null where it
+        would not do alone
     """
 
     stable: int

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import Struct, to_builtins
+from msgspec import Struct
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
+from vireport.base.records import keyed
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import file_names
-from vireport.design.measured import HeldHarmonics, held_harmonics, share_that_fits
+from vireport.design.measured import held_harmonics, share_that_fits
 from vireport.identify.opening import IdentifiedRecord, identified_opening, most_hidden, open_opening
+from vireport.identify.results import identified_data
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable
 from vireport.measurement.inquiry import Identification, answered, inquiry_of
@@ -59,12 +61,6 @@ ANSWERED_SHARE = 0.5
 
 SAME_RESTITUTION = 1e-9
 """Difference of two restitutions that a scenario has as one: beyond what times tell, and before its own limit."""
-
-SWAPPED = "swapped_membranes"
-"""What is wrong where it is no key of a scenario."""
-
-DISTORTION = "harmonics"
-"""What a record may not show of `excitation`."""
 
 WORDS = Words("identify")
 
@@ -187,13 +183,8 @@ def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
     rest(WorkStep("trying devices as the errors allow", ANSWERED_SHARE))
     share, held = share_that_fits(answer), held_harmonics(answer, shaker)
     identified = IdentifiedRecord(answer, record, signals, share, held)
-    data = _data(answer, scenario)
-    data["devices"] = None if share is None else to_builtins(share)
-    data["held_harmonics"] = None if held is None else _held_data(held)
-    if signals is not None:
-        data["record"] = _signals_data(signals, float(inquiry.model.device.capsule_mass_kg))
-        data["alerts"] = [alert.to_dict() for alert in record_alerts(signals.doubts)]
-    written = json_bytes(data, provenance_of(loaded, command))
+    data = identified_data(identified, scenario, WORDS)
+    written = json_bytes(keyed(data), provenance_of(loaded, command))
     files["identified.json"] = written
     if scenario is not None:
         files["identified.yaml"] = (scenario + _record_text(answer, shaker, referenced)).encode()
@@ -229,20 +220,6 @@ def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced
     return as_yaml({"measured": [record]})
 
 
-def _held_data(held: HeldHarmonics) -> dict[str, Any]:
-    end = held.end
-    end_data = None
-    if end is not None:
-        end_data = {
-            "parameter": end.parameter,
-            "unit": end.parameter.unit,
-            "kind": end.event,
-            "value": end.sweep_value,
-            "distance": end.distance,
-        }
-    return {"nearest_end": end_data, "standard_error": held.error}
-
-
 def _impacts_csv(signals: Signals) -> bytes:
     """What was picked, as a record of impacts that can be corrected and given to the command again."""
     picked = signals.picked
@@ -251,42 +228,6 @@ def _impacts_csv(signals: Signals) -> bytes:
         for time, wall, error in zip(picked.times, picked.walls, picked.errors, strict=True)
     )
     return ("time_s,membrane,standard_error_s\n" + "".join(rows)).encode()
-
-
-def _signals_data(signals: Signals, mass_kg: float) -> dict[str, Any]:
-    picked, shaker = signals.picked, signals.shaker
-    recording = picked.recording
-    return {
-        "samples": recording.samples,
-        "sampling_rate_hz": 1 / recording.step_s,
-        "from_s": recording.start_s,
-        "to_s": recording.end_s,
-        "channels": [
-            {
-                "name": heard.channel.name,
-                "impacts": len(heard.times),
-                "noise": heard.noise,
-                "rise_samples": heard.rise_samples,
-                "standard_error_s": picked.middle_error_s,
-            }
-            for heard in picked.heard
-        ],
-        "impacts": len(picked.times),
-        "excitation": None
-        if shaker is None
-        else {
-            "amplitude_n": {"value": mass_kg * shaker.amplitude, "standard_error": mass_kg * shaker.amplitude_error},
-            "frequency_hz": {"value": shaker.frequency_hz, "standard_error": shaker.frequency_error_hz},
-            "maximum_s": shaker.maximum_s,
-            "phase_error_rad": shaker.phase_error,
-            "offset_m_s2": shaker.offset,
-            "noise_m_s2": shaker.noise,
-            "harmonics": [
-                to_builtins(harmonic) | {"significant": harmonic.significant} for harmonic in shaker.harmonics
-            ],
-        },
-        "findings": [WORDS("finding", finding) for finding in picked.findings],
-    }
 
 
 def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
@@ -310,60 +251,6 @@ def _signals_parts(signals: Signals, words: Words) -> Iterator[str | Table]:
     ]
     if rows:
         yield worded_table(words, "harmonics", "nnnnn", rows)
-
-
-def _data(answer: Identification, scenario: str | None) -> dict[str, Any]:
-    misfit = answer.misfit
-    inputs = answer.identified
-    fitted = answer.fit if isinstance(answer.fit, Fitted) else None
-    count = len(inputs)
-    instead = misfit.explanation
-    return {
-        "identified": [
-            {
-                "name": item.unknown,
-                "unit": item.unknown.unit or "1",
-                "value": item.value,
-                "standard_error": item.error,
-                "from": item.low,
-                "to": item.high,
-            }
-            for item in inputs
-        ],
-        "covariance": fitted.adjusted.covariance[:count, :count].tolist() if fitted and inputs else [],
-        "phase_at_s": answer.origin_s if Unknown.PHASE in answer.inquiry.unknowns else None,
-        "timing_error_s": answer.timing_error_s,
-        "time_step_s": answer.rounding.step_s if answer.rounding is not None else None,
-        "missed": [x.missed_s + answer.origin_s for x in fitted.gaps if x.missed_s is not None] if fitted else [],
-        "false": [time + answer.origin_s for time in fitted.false] if fitted else [],
-        "left_out": [
-            {"from": gap.start_s + answer.origin_s, "to": gap.end_s + answer.origin_s}
-            for gap in fitted.gaps
-            if gap.missed_s is None
-        ]
-        if fitted
-        else [],
-        "misfit": {
-            "statistic": misfit.statistic,
-            "p_value": misfit.p_value,
-            "accepted": misfit.accepted,
-            "reason": WORDS("reason", misfit),
-            "alternative": None if instead is None else SWAPPED if instead.swapped else instead.unknown,
-            "alternative_value": instead.value if instead is not None and instead.unknown else None,
-            "alternative_standard_error": instead.standard_error if instead is not None and instead.unknown else None,
-            "untested": [
-                *misfit.untested,
-                *([SWAPPED] if misfit.swapped_untested else []),
-                *([DISTORTION] if misfit.distortion_untested else []),
-            ],
-            "hidden": [
-                {"name": item.unknown, "unit": item.unknown.unit, "off": item.off, "moves": dict(item.moves)}
-                for item in misfit.hidden
-            ],
-            "flights_left_out": misfit.by_flights or None,
-        },
-        "scenario": scenario,
-    }
 
 
 def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMotion | None) -> str | None:

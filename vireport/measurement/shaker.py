@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base.errors import UsageError
-from vireport.base.records import brief
+from vireport.base.records import ResultsBlock, brief
 from vireport.measurement.flights import Array, Mask
 from vireport.measurement.recordings import Channel, Recording
 from vireport.physics.device import Device
@@ -116,8 +116,16 @@ class ShakerFinding(Struct, frozen=True):
     stated: float = 0.0
 
 
-class MeasuredHarmonic(Struct, frozen=True):
-    """A harmonic percent/100 cos(order x + phase) where the sine is cos x, with standard errors."""
+class MeasuredHarmonic(ResultsBlock, frozen=True):
+    """A harmonic of the force in a record, with standard errors.
+
+    Attributes
+    ----------
+    order, percent, phase_deg : –, %, degrees
+        order, and amplitude and phase in F[cos x + percent/100 cos(order x + phase)]
+    percent_error, phase_error_deg : %, degrees
+        standard errors
+    """
 
     order: int
     percent: float

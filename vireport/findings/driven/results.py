@@ -8,28 +8,10 @@ from msgspec.structs import asdict
 from vireport.base.records import ResultsBlock
 from vireport.findings.driven.driven import Driven
 from vireport.findings.driven.means import Mean, NoInterval
-from vireport.measurement.shaker import ShakerDoubt, ShakerFinding
+from vireport.measurement.shaker import MeasuredHarmonic, ShakerDoubt, ShakerFinding
 
 MAY_LACK = "speed_bottom_m_s", "speed_top_m_s", "voltage_per_s", "power_mw"
 """Means that are null where there is no impact, or nothing to evaluate."""
-
-
-class FittedHarmonic(ResultsBlock, frozen=True, kw_only=True):
-    """A harmonic of the force that exceeds the noise of a record, with standard errors.
-
-    Attributes
-    ----------
-    order, percent, phase_deg : –, %, degrees
-        order, and amplitude and phase in F[cos x + percent/100 cos(order x + phase)]
-    percent_error, phase_error_deg : %, degrees
-        standard errors
-    """
-
-    order: int
-    percent: float
-    phase_deg: float
-    percent_error: float
-    phase_error_deg: float
 
 
 class FittedForce(ResultsBlock, frozen=True, kw_only=True):
@@ -48,7 +30,7 @@ class FittedForce(ResultsBlock, frozen=True, kw_only=True):
     amplitude_n: float
     frequency_hz: float
     offset_m_s2: float
-    harmonics: list[FittedHarmonic]
+    harmonics: list[MeasuredHarmonic]
 
 
 class WordShareData(ResultsBlock, frozen=True, kw_only=True):
@@ -194,7 +176,7 @@ def driven_data(driven: Driven) -> DrivenData:
             amplitude_n=float(device.amplitude_n),
             frequency_hz=float(device.frequency_hz),
             offset_m_s2=shaker.offset,
-            harmonics=[FittedHarmonic(**asdict(row)) for row in shaker.harmonics if row.significant],
+            harmonics=[row for row in shaker.harmonics if row.significant],
         ),
         impacts=len(driven.times_s),
         periods=driven.periods,
