@@ -4,9 +4,9 @@
     python tools/make_docs.py --check    writes nothing; exit code 1 where it would
 
 Figures are those that the benchmarks wrote to `benchmarks/results`, in the pages that have a template here, such as
-`accuracy.md.j2`. In all other pages the rows behind a comment ``<!-- keys of FromRestData, window: WindowData -->`` are
-the keys of these records, by the sections ``Attributes`` of their docstrings; those of the second stand within
-`window`, below a line that says so.
+`accuracy.md.j2`. In all pages the rows behind a comment ``<!-- keys of FromRestData, window: WindowData -->`` are the
+keys of these records, by the sections ``Attributes`` of their docstrings; those of the second stand within `window`,
+below a line that says so.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def main() -> int:
     mistakes = list(undescribed("".join(before.values())))
     for page, text in before.items():
         template = ROOT / "tools" / f"{page.name}.j2"
-        made = of_figures(template) if template.is_file() else with_tables(text)
+        made = with_tables(of_figures(template) if template.is_file() else text)
         if made == text:
             continue
         if "--check" not in sys.argv:

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import EXAMPLES, first
+from msgspec import convert
 from msgspec.structs import replace
 
 from vireport import load
+from vireport.base.encoding import json_text
 from vireport.base.errors import NumericalError
 from vireport.motions.one_to_one import Motions
 from vireport.scenario.parameters import Parameter
@@ -21,7 +23,8 @@ from vireport.study.study import Study
 from vireport.verify import critical, motions
 from vireport.verify.catalogue import catalogue, run_catalogue
 from vireport.verify.harvester import Harvester, harvester_of
-from vireport.verify.rows import Case, CaseFinding, CaseVerdict, NotThereError, as_data, as_text, exit_status, run
+from vireport.verify.results import CaseData, cases_data
+from vireport.verify.rows import Case, CaseFinding, CaseVerdict, NotThereError, as_text, exit_status, run
 
 UNLIKE = {"device.restitution": None, "device.restitution_bottom": 0.55, "device.restitution_top": 0.45}
 CHEAP = ("restitution", "inclination", "length", "membrane", "grazing")
@@ -192,8 +195,8 @@ def test_text_is_for_a_terminal_and_the_data_are_json(monkeypatch) -> None:
     assert well[0] == "All 1 extreme cases that apply to this device pass."
     assert len(well) == 2
     assert as_text(outcomes[2:]) == "No extreme case applies to this device.\n"
-    data = json.loads(json.dumps(as_data(outcomes), allow_nan=False))
-    assert [(row["case"], row["error"], row["bound"], row["verdict"]) for row in data] == [
+    data = convert(json.loads(json_text(cases_data(outcomes))), list[CaseData])
+    assert [(row.case, row.error, row.bound, row.verdict) for row in data] == [
         ("right", 1e-13, 1e-11, "passed"),
         ("wrong", 1e-3, 1e-11, "failed"),
         ("absent", None, None, "does not apply"),

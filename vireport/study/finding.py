@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from vireport.base.progress import Progress
-from vireport.base.records import ResultsBlock
 
 if TYPE_CHECKING:
     from vireport.design.switched_on import SwitchedOn
@@ -17,14 +16,11 @@ if TYPE_CHECKING:
     from vireport.study.judging.requirements import Requirement
     from vireport.study.judging.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
-    from vireport.study.result_records import DisturbancesData
+    from vireport.study.result_records import AddedBlocks, DisturbancesData
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
 
 Result = TypeVar("Result")
-
-AddedBlocks = Mapping[str, ResultsBlock | Sequence[ResultsBlock] | None]
-"""Blocks of results.json by their keys, null where nothing was found."""
 
 
 class AddedFinding(Generic[Result]):

@@ -6,6 +6,7 @@ run that had no use for it, do not write it. Keys that are not declared are pass
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from msgspec import UNSET, UnsetType, field
@@ -24,6 +25,9 @@ ADDED = "*"
 Numbers = list[float]
 SomeNumbers = list[float | None]
 """Null where a number does not exist or is beyond the range of doubles."""
+
+AddedBlocks = Mapping[str, ResultsBlock | Sequence[ResultsBlock] | None]
+"""Blocks of additions by their keys, null where nothing was found."""
 
 Bounds = dict[str, list[float | None] | str]
 """Error bounds by the names of columns, and under ``null_means`` why some are null."""
@@ -1704,7 +1708,7 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
     own_stiffness: OwnStiffnessData | None = None
     effects: EffectsData | None = None
     margin_to_use: MarginToUseData | None = None
-    added: dict[str, ResultsBlock | list[ResultsBlock] | None] = field(default_factory=dict, name=ADDED)
+    added: AddedBlocks = field(default_factory=dict, name=ADDED)
     requirements: RequirementsData | None = None
     disturbances: DisturbancesData | None = None
     measured: list[MeasuredData] | UnsetType = UNSET

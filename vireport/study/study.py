@@ -41,6 +41,7 @@ from vireport.study.plan import (
 from vireport.study.provenance import Provenance
 from vireport.study.result_records import (
     SCHEMA_VERSION,
+    AddedBlocks,
     DisturbancesData,
     LeftOutData,
     MarginToUseData,
@@ -253,7 +254,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
                 block = finding.results_within(block, self.findings.get(name))
         return block
 
-    def _added_data(self) -> dict[str, Any]:
+    def _added_data(self) -> AddedBlocks:
         """What additions to the study have in results.json."""
         added = (finding.results(self.findings.get(name), self) for name, finding in findings().items())
         return {key: data for block in added for key, data in block.items()}

@@ -42,12 +42,13 @@ def verify(
     if extremes or loaded is None:
         refuse(context, "--extremes prints the cases", "output", "figure_width", "every")
         from vireport.verify.catalogue import run_catalogue
-        from vireport.verify.rows import as_data, as_text, exit_status
+        from vireport.verify.results import cases_data
+        from vireport.verify.rows import as_text, exit_status
 
         with progress(quiet, verbose) as say:
             outcomes = run_catalogue(loaded, say)
         code, failure = exit_status(outcomes)
-        data, text = (f"{json_text(as_data(outcomes))}\n", "") if json else ("", as_text(outcomes, verbose))
+        data, text = (f"{json_text(cases_data(outcomes))}\n", "") if json else ("", as_text(outcomes, verbose))
         deliver(CommandOutcome(data, text, failure=failure, exit_code=code), quiet=quiet)
         return
     if output is None:

@@ -16,11 +16,13 @@ from vireport.findings.accuracy.tables import measurements, power, ranking
 from vireport.findings.accuracy.workprecision import WorkPrecision
 from vireport.scenario.keys import block_of
 from vireport.scenario.loading import Loaded
+from vireport.study.finding import AddedFinding
 from vireport.study.judging.findings import findings, with_results
 from vireport.study.judging.opening import Opening, Statement, gravest
 from vireport.study.judging.verdict import Status
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
+from vireport.study.result_records import AddedBlocks
 from vireport.study.study import Study, analyse
 from vireport.text.said import Said, words_of
 from vireport.text.tables import Table, plain_text
@@ -81,7 +83,7 @@ def accuracy_opening(study: Study) -> Opening:
     return Opening(status, _said(f"word_{name}"), _said(name, names), facts, tuple(tiles))
 
 
-def _findings() -> Iterator[Any]:
+def _findings() -> Iterator[AddedFinding[Any]]:
     """The additions whose results are said and written."""
     return (finding for name, finding in findings().items() if name in (CHECKS, MEMBRANES))
 
@@ -154,7 +156,7 @@ def data(study: Study, command: str) -> bytes:
     return (json_text(content, indent=1) + "\n").encode()
 
 
-def _results(study: Study) -> dict[str, Any]:
+def _results(study: Study) -> AddedBlocks:
     """What results.json has of these additions."""
     blocks = (finding.results(study.findings.get(finding.name), study) for finding in _findings())
     return {key: data for block in blocks for key, data in block.items()}

@@ -1,4 +1,4 @@
-"""A row of the table of extreme cases, what comes of it when it is run, and the outcomes as text and as plain data."""
+"""A row of the table of extreme cases, what comes of it when it is run, and the outcomes as text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
 from textwrap import shorten
 from time import perf_counter
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 from vireport.base.errors import NumericalError, VireportError
 from vireport.study.judging.opening import Opening, Statement
@@ -153,19 +153,3 @@ def as_text(outcomes: Sequence[CaseOutcome], every: bool = False) -> str:
             lines.append(f"{mark}  {row.title}: {shorten(finding.text, LONGEST_CELL, placeholder=' ...')}{error}")
     lines += [""] if lines else []
     return "\n".join((*lines, *opening_of_cases(outcomes).worded().lines)) + "\n"
-
-
-def as_data(outcomes: Sequence[CaseOutcome]) -> list[dict[str, Any]]:
-    """The outcomes as plain data, ready for JSON."""
-    return [
-        {
-            "group": row.group,
-            "case": row.name,
-            "found": finding.text,
-            "error": finding.error,
-            "bound": None if finding.error is None else finding.bound,
-            "seconds": round(seconds, 3),
-            "verdict": verdict,
-        }
-        for row, verdict, finding, seconds in outcomes
-    ]

@@ -10,12 +10,13 @@ from vireport.base.errors import install_command
 from vireport.base.progress import Progress
 from vireport.findings.accuracy.keys import AccuracyBlock
 from vireport.scenario.keys import block_of
-from vireport.study.finding import AddedBlocks, AddedFinding
+from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.accuracy.workprecision import WorkPrecision
     from vireport.scenario.blocks import Scenario
     from vireport.study.plan import DeclaredStep
+    from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
 
 STEP = "accuracy"

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vireport.base.progress import Progress
-from vireport.study.finding import AddedBlocks, AddedFinding
+from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.certificates.results import Certificate
     from vireport.study.plan import DeclaredStep
+    from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
 
 

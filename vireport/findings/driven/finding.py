@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.base.progress import Progress
-from vireport.study.finding import AddedBlocks, AddedFinding
+from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.driven.driven import Driven
     from vireport.study.judging.evidence import Evidence
     from vireport.study.judging.verdict import AddedAnswer
     from vireport.study.plan import DeclaredStep
+    from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from vireport.base.progress import Progress
-from vireport.study.finding import AddedBlocks, AddedFinding
+from vireport.study.finding import AddedFinding
 
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from vireport.study.judging.requirements import Requirement
     from vireport.study.judging.verdict import AddedAnswer, Verdict
     from vireport.study.plan import DeclaredStep
+    from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
 
 QUESTION = "Do all devices within the tolerances work?"
