@@ -212,7 +212,7 @@ def check(
         left_out = () if json else planned.left_out_lines()
     if json:
         steps = [dict(zip(("step", "runs", "what", "why"), row, strict=True)) for row in rows]
-        reported = [alert.to_dict() for alert in alerts]
+        reported = [alert.data for alert in alerts]
         deliver(
             CommandOutcome(_json({"valid": True, "kind": kind, "mistakes": [], "alerts": reported, "steps": steps}))
         )

@@ -12,11 +12,11 @@ from itertools import chain, combinations
 from typing import NamedTuple
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.errors import UsageError
+from vireport.base.records import ResultsBlock
 from vireport.motions.events import Event
 from vireport.motions.paths import Curve, Path, PathPoint
 from vireport.motions.turning import Turn
@@ -34,8 +34,14 @@ MOST = 16
 """Impacts and periods of a motion: there are 4116 words of sixteen impacts, and about twice as many of one more."""
 
 
-class Limits(Struct, frozen=True):
-    """Largest numbers of impacts and of forcing periods of the motions that are followed."""
+class Limits(ResultsBlock, frozen=True, eq=True):
+    """Largest numbers of impacts and of forcing periods of the motions that are followed.
+
+    Attributes
+    ----------
+    impacts, periods
+        these numbers
+    """
 
     impacts: int
     periods: int

@@ -16,6 +16,7 @@ from exact import printed_maps, printed_trace
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from mpmath import mp, mpf
+from msgspec import convert
 from pages import Page, kept_lines, lines_of, read_back, tidy, without_numbers
 
 from vireport import analyse, load
@@ -41,6 +42,7 @@ from vireport.map.chart.regions import (
     pieces,
     stable_motions,
 )
+from vireport.map.chart.results import ChartData
 from vireport.map.chart.words import naming
 from vireport.map.design import exactness_of
 from vireport.map.outputs import MapOutput
@@ -317,7 +319,7 @@ def test_a_curve_in_chart_json_is_reproduced_by_the_printed_maps(make: Callable[
     """With the impacts of its start, the device with its values and its condition, to 1e-9."""
     drawn = make()
     plane, data = drawn.plane, json.loads(data_of(drawn)["chart.json"])
-    assert len(data["loci"]) == len(drawn.loci) > 0
+    assert len(convert(data, ChartData).loci) == len(drawn.loci) > 0
     for locus in data["loci"]:
         start, condition = locus["start"], locus["condition"]
         word = Word.of(start["impacts"], start["periods"])
