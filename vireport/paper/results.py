@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from vireport.base.records import ResultsBlock
 from vireport.paper.reproduction import ReproducedPaper
-from vireport.study.result_records import ResultsBlock
 
 
 class PrintedNumberData(ResultsBlock, frozen=True, kw_only=True):
