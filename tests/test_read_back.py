@@ -188,6 +188,9 @@ SET_UP = re.compile(r"\$.*?\$|^\s*#?(let|set|show|import|include|if|metadata)\b.
 MARKUP = re.compile(r'[][#*_"\\~{}]|^=+ |<[\w-]+>$|@[\w-]+')
 """Between pieces of text in one."""
 
+MARKS = re.compile(r"\||\*+(?:_\w+)?")
+"""Between pieces of text in a file of words: bars, and symbols with their indices."""
+
 TEXTS = [
     file
     for root in ROOTS
@@ -215,7 +218,7 @@ def pieces(file: Path) -> Iterator[str]:
     for node in environment.parse(file.read_text(encoding="utf-8")).find_all((nodes.TemplateData, nodes.Const)):
         text = node.data if isinstance(node, nodes.TemplateData) else node.value
         for line in (text if plain else SET_UP.sub("\n", text)).split("\n") if isinstance(text, str) else ():
-            for part in line.split("|") if plain else MARKUP.split(line):
+            for part in MARKS.split(line) if plain else MARKUP.split(line):
                 if re.search(r"[a-z]{2}\W* [a-z]", part, re.IGNORECASE):
                     yield alike(part)
 

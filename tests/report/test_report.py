@@ -21,6 +21,7 @@ from vireport.figures.layout import blank
 from vireport.figures.style import Picture
 from vireport.report.context import Report
 from vireport.report.rendering import render_html, render_pdf
+from vireport.report.tables import RunTables
 from vireport.scenario.loading import load, loads
 from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.study import Study, analyse
@@ -114,7 +115,7 @@ def test_no_line_can_end_within_a_quantity(name: str, page) -> None:
 def test_the_points_are_said_to_be_as_exact_as_the_least_exact_of_them() -> None:
     points = [SimpleNamespace(error_bound=bound) for bound in (1e-16, 3e-16, 2e-16)]
     study = SimpleNamespace(solution=SimpleNamespace(critical_points=points))
-    assert Report(study, {}, None).largest_bound == 3e-16
+    assert RunTables(study).largest_bound == 3e-16
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -357,7 +358,8 @@ def test_a_user_rewords_reorders_drops_and_adds_sections(model, tmp_path: Path) 
     (sections / "own.typ.j2").write_text("= Our part\nLength: {{ report.solution.device.length_m | quantity('m') }}\n")
     names = ("own", "alerts", "scenario")
     master = [f'{{% include "sections/{name}.typ.j2" %}}' for name in names]
-    (tmp_path / "report.typ.j2").write_text("\n".join(['{% include "_page.typ.j2" %}', *master]))
+    head = ['{% import "_macros.typ.j2" as macros %}', '{% include "_page.typ.j2" %}']
+    (tmp_path / "report.typ.j2").write_text("\n".join([*head, *master]))
     page = Page(render_html(model("design-point"), tmp_path))
     assert page.headings == ["Our part", "Mind this", "Inputs"]
     assert "Length: 700 mm" in page.text

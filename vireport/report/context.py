@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from itertools import chain
-from math import hypot, pi
+from math import hypot
 from pathlib import Path
 from shlex import join
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
 from msgspec import Struct
 
 from vireport.design.margins import Margin
@@ -21,23 +20,15 @@ from vireport.design.point import DesignPoint
 from vireport.design.solution import Solution
 from vireport.motions.generation import ladder
 from vireport.motions.points import Point
-from vireport.motions.stability import determinant_of
 from vireport.motions.sweep import Held
-from vireport.physics.device import RESTITUTIONS, Device
-from vireport.physics.groups import by_wall
+from vireport.physics.device import Device
 from vireport.physics.numbers import DIGITS
 from vireport.report.ci_formats import source_url
 from vireport.report.motions import families_table
 from vireport.report.printed import paper_section
-from vireport.report.voltages import (
-    MassEffect,
-    Place,
-    mass_effects,
-    places,
-)
-from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
+from vireport.report.tables import RunTables
 from vireport.scenario.loading import Loaded
-from vireport.scenario.parameters import DRIVING, LARGEST, SMALLEST, DesignInput, Parameter, ScalarInput
+from vireport.scenario.parameters import DRIVING, Parameter
 from vireport.study.checks.paper import compare_with_paper
 from vireport.study.judging.alerts import Alert
 from vireport.study.judging.evidence import Criterion, unmet_criteria
@@ -45,93 +36,12 @@ from vireport.study.judging.findings import with_results
 from vireport.study.judging.opening import Opening, WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.study.study import Study, results
-from vireport.text.formatting import Exactness, exact, subtitle, tied, written
+from vireport.text.formatting import Exactness, exact, subtitle, tied
 from vireport.text.tables import Table
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
     from vireport.motions.generation import Rung
-
-SYMBOLS = {varied.path: varied.marked for varied in DesignInput} | {
-    "device.ball_mass_kg": "*m*",
-    "device.membrane.stiffness": "*K*",
-    "device.membrane.exponent": "*h*",
-    "device.membrane.active_radius_m": "*R*_c",
-    "device.membrane.ball_radius_m": "*r*_b",
-    "device.membrane.bias_voltage_v": "*U*_in",
-    "device.membrane.thickness_m": "*κ*",
-    "device.membrane.relative_permittivity": "*ε*_r",
-    "excitation.frequency_hz": "*f* = *ω*/2π",
-    "gravity_m_s2": "*g*",
-    "period_ratio": "*n*",
-}
-
-OF_LAW = "device.restitution_exponent"
-"""An input of which nothing is told where it is 0: the restitution then is what the row above it says."""
-
-NOT_A_QUANTITY = ("schema_version", "title")
-
-EFFECTS = ("device.capsule", "device.friction", "excitation.harmonics")
-"""Inputs by which the model has one more effect, and none unless they are given."""
-
-NOTHING = 1e-30
-"""Below this, a number is what 45-digit arithmetic leaves of an exact zero."""
-
-
-class InputRow(Struct, frozen=True):
-    """A value of a scenario for the table of inputs.
-
-    Attributes
-    ----------
-    title, symbol, value, unit : str
-    origin : str
-        ``given``, ``default``, or ``override`` for one that was set over the scenario.
-    design_point : bool
-        Whether it is the design point of the sweep.
-    path : str
-        Of its key.
-    """
-
-    title: str
-    symbol: str
-    value: str
-    unit: str
-    origin: Literal["given", "default", "override"]
-    design_point: bool
-    path: str
-
-
-class CriticalState(Struct, frozen=True):
-    """The motion at a critical point, or its mirror image: phases in rad, velocities before the impacts in y_c."""
-
-    critical: Point
-    mirrored: bool
-    gbar: float
-    q: float
-    phi_bottom: float
-    phi_top: float
-    velocity_bottom: float
-    velocity_top: float
-
-
-class RangeEnd(Struct, frozen=True):
-    """An end of a stable range: what ends it, and the room that the design point has, over its value.
-
-    The value is None where the range is not known to end, the room also where the design value is zero.
-    """
-
-    value: float | None
-    point: Point | None
-    room: float | None
-
-
-class StableRange(Struct, frozen=True):
-    """A stable range of an input around the design point, and its value there."""
-
-    parameter: ScalarInput
-    value: float
-    start: RangeEnd
-    end: RangeEnd
 
 
 class Report(Struct, frozen=True, eq=False, dict=True):
@@ -283,18 +193,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
             yield x, float(getattr(self.solution.device, x))
 
     @property
-    def law_restitutions(self) -> list[tuple[float, float]]:
-        """Those that the law gives each motion of the design point, at the bottom and at the top."""
-        if self.solution.device.law is None or self.design is None:
-            return []
-        return list(zip(*(r.tolist() for r in by_wall(self.design.motions.restitution)), strict=True))
-
-    @property
-    def determinant(self) -> float:
-        """Determinant of the Jacobian of 1:1 motions."""
-        return float(determinant_of(self.solution.device.restitution))
-
-    @property
     def mirrored(self) -> bool:
         """Whether the stable motions at the design point are two mirror images."""
         return self.study.verdict.motion.data.mirrored
@@ -316,36 +214,14 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return [(order, hypot(*slope) / 100) for order, slope in slopes if slope is not None]
 
     @property
-    def contact_share(self) -> float | None:
-        """Longest contact over the forcing period, which the rigid model neglects; None without a ball mass."""
-        return self.study.evidence.contact_share
+    def tables(self) -> RunTables:
+        """The tables of its sections."""
+        return RunTables(self.study, self.templates)
 
     @property
     def exactness(self) -> Exactness:
         """How exact all numbers are that the model of rigid impacts gives: how many digits of them are printed."""
         return self.study.evidence.exactness
-
-    @property
-    def largest_bound(self) -> float:
-        """Largest error bound of the critical points [unit of the swept parameter]."""
-        return max((critical.error_bound for critical in self.solution.critical_points), default=0.0)
-
-    def inputs(self) -> Iterator[InputRow]:
-        """The values that were given or count by default, in the order of the format."""
-        without = *NOT_A_QUANTITY, *self.unused
-        for entry in inputs(self.study.scenario):
-            if entry.path not in without and (entry.value or entry.path != OF_LAW):
-                swept = entry.unit == UNIT_OF_SWEPT
-                unit = self.solution.parameter.unit if swept else set_in_type(entry.unit)
-                symbol, origin = SYMBOLS.get(entry.path, ""), _origin(self.study, entry.path)
-                sweep = self.solution.sweep
-                chosen = sweep is not None and entry.path.rpartition(".")[2] == sweep.parameter
-                yield InputRow(entry.title, symbol, written(entry.value), unit, origin, chosen, entry.path)
-
-    @cached_property
-    def unused(self) -> tuple[str, ...]:
-        """Keys of the `EFFECTS` that were not given."""
-        return tuple(path for path in EFFECTS if _origin(self.study, path) == "default")
 
     def derived(self) -> tuple[dict[str, float], ...]:
         """What follows at the design point, and at both ends of the sweep, as far as there are these."""
@@ -360,44 +236,12 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         """What the sweep holds of *d*, *ḡ* and their ratio."""
         return self.solution.diagram.curve.level.held if self.solution.diagram is not None else None
 
-    def states(self) -> Iterator[CriticalState]:
-        """The motions at the critical points, each followed by its mirror image where it has one."""
-        for critical in self.solution.critical_points:
-            yield _state(critical, critical, False, critical.closed.phi_top)
-            if critical.mirror is not None:
-                # The mirror image hits the top when the motion hits the bottom, half a forcing period on.
-                top = float(np.mod(critical.closed.phi_bottom + pi, 2 * pi))
-                yield _state(critical, critical.mirror, True, top)
-
-    def ranges(self) -> Iterator[StableRange]:
-        """The stable range around the design point for each input; of both restitutions only where they differ."""
-        together = self.solution.device.alike
-        for part in self.design.stable_ranges if self.design is not None else ():
-            if together and part.parameter in RESTITUTIONS[1:]:
-                continue
-            at = float(self.solution.device.value_of(part.parameter))
-            start, end = (
-                RangeEnd(None, None, None)
-                if point is None and value in (SMALLEST, LARGEST)
-                else RangeEnd(value, point, (value - at) / at if at else None)
-                for value, point in part.ends
-            )
-            yield StableRange(part.parameter, at, start, end)
-
     def going_on(self) -> Iterator[tuple[float, Point]]:
         """Ends of the sweep beyond which stable motion goes on, and the critical point that ends it there."""
         for part, beyond in zip(self.solution.stable_ranges, self.solution.beyond, strict=True):
             for (value, _), point in zip(part.ends, beyond, strict=True):
                 if point is not None:
                     yield value, point
-
-    def voltages(self) -> list[Place]:
-        """Voltages of the stable motions at the design point and at the ends of the stable ranges."""
-        return places(self.solution)
-
-    def masses(self) -> list[MassEffect]:
-        """What other ball masses make of the first of these."""
-        return mass_effects(self.solution)
 
     @cached_property
     def paper(self) -> tuple[str | Table, ...]:
@@ -428,13 +272,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return ladder(self.study.atlas.printed_families, self.solution.membrane)
 
 
-def _origin(study: Study, path: str) -> Literal["given", "default", "override"]:
-    """Whether a value was given, and where, or is a default."""
-    if study.loaded.is_set_over(path):
-        return "override"
-    return "given" if path in study.loaded.stated_keys else "default"
-
-
 def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, float]:
     """Units in SI, dimensionless groups and what the shaker must do, where one parameter has a value."""
     x = device.at(parameter, value)
@@ -453,11 +290,3 @@ def _derived(device: Device, parameter: Parameter, value: float) -> dict[str, fl
         "stroke_m": shaker.stroke_m,
         "force_n": shaker.force_n,
     }
-
-
-def _state(critical: Point, motion: Point, mirrored: bool, phi_top: float) -> CriticalState:
-    closed = motion.closed
-    gbar, bottom, top = (
-        0.0 if abs(x) < NOTHING else x for x in (motion.gbar, closed.velocity_bottom, closed.velocity_top)
-    )
-    return CriticalState(critical, mirrored, gbar, 0.5 + closed.u, closed.phi_bottom, phi_top, bottom, top)

@@ -62,6 +62,7 @@ MARKDOWN: Typesetting = Typesetting(
     text=_fragment,
     strong=lambda text: f"**{_fragment(text)}**",
     link=lambda text, place: marked(text, MARKDOWN),
+    anchor=lambda text, place: marked(text, MARKDOWN),
     figure=_fragment,
     symbol=lambda text: f"*{_fragment(text)}*",
     index=lambda text: f"<sub>{_fragment(text)}</sub>",

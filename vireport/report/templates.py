@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _RICH = re.compile(
     r"\*\*(?P<strong>[^*]+)\*\*"
-    r"|\[(?P<text>[^\[\]]+)\]\((?P<place>[\w-]+)\)"
+    r"|\[(?P<text>[^\[\]]+)\](?:\((?P<place>[\w-]+)\)|\{#(?P<anchor>[\w-]+)\})"
     r"|@(?P<figure>figure-[a-z0-9]+)\b"
     r"|\*(?P<symbol>[^*\s][^*]*)\*"
     r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,6})\b"
@@ -92,11 +92,14 @@ class Typesetting(Struct, frozen=True):
         Of what has no mark, of what is strong, of a figure's name, of a symbol and of its index.
     link : callable
         Of a text with marks, and of the place that it leads to.
+    anchor : callable
+        Of a text with marks, and of the name of the place that it is.
     """
 
     text: Callable[[str], str]
     strong: Callable[[str], str]
     link: Callable[[str, str], str]
+    anchor: Callable[[str, str], str]
     figure: Callable[[str], str]
     symbol: Callable[[str], str]
     index: Callable[[str], str]
@@ -105,8 +108,8 @@ class Typesetting(Struct, frozen=True):
 def marked(text: str, marks: Typesetting) -> Source:
     """Set a text with our own marks in some format.
 
-    ``*x*`` is a symbol, ``x_c`` has a subscript, ``**x**`` is strong, ``[text](place)`` leads to a place, and
-    ``@figure-2`` refers to a figure.
+    ``*x*`` is a symbol, ``x_c`` has a subscript, ``**x**`` is strong, ``[text](place)`` leads to a place,
+    ``[text]{#place}`` is one, and ``@figure-2`` refers to a figure.
     """
     parts, end = [], 0
     for match in _RICH.finditer(text):
@@ -117,6 +120,8 @@ def marked(text: str, marks: Typesetting) -> Source:
             parts.append(marks.strong(strong))
         if place := match["place"]:
             parts.append(marks.link(match["text"], place))
+        if anchor := match["anchor"]:
+            parts.append(marks.anchor(match["text"], anchor))
         if figure := match["figure"]:
             parts.append(marks.figure(figure))
         if symbol := match["symbol"] or match["base"]:
@@ -149,6 +154,7 @@ TYPST = Typesetting(
     text=_literal,
     strong=lambda text: f"#strong({string(text)});",
     link=lambda text, place: f"#to({string(place)})[{rich(text)}];",
+    anchor=lambda text, place: f"#anchor({string(place)})[{rich(text)}];",
     figure=lambda name: f"@{name}",
     symbol=lambda text: f"#emph({string(text)});",
     index=lambda text: f"#sub({string(text)});",

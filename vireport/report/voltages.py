@@ -1,17 +1,18 @@
-"""Voltages of the stable motions at the design point and the ends of the stable ranges, and what the ball mass does."""
+"""Tables of the voltages of stable motions, of what the ball mass does to them, and of the energy they convert."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.design.solution import Solution
-from vireport.motions.points import Point
-from vireport.physics.energy import Membrane, Voltages, voltages
+from vireport.physics.energy import Membrane, voltages
+from vireport.text.formatting import Exactness, capital, exact, rounded_text, stated_text
+from vireport.text.tables import Table, worded_table
+from vireport.text.templates import Words
 
 MASS_FACTORS = (0.5, 1.0, 2.0)
 """Factors on the ball mass with which the voltage is evaluated again."""
@@ -19,83 +20,92 @@ MASS_FACTORS = (0.5, 1.0, 2.0)
 PUBLISHED_MASS_RATIO = 0.2
 """m/M in published code for this device."""
 
+IN_KILOVOLTS = 1e4
+"""The largest voltage of a table from which on it is in kV [V]."""
 
-class Place(Struct, frozen=True):
-    """A stable motion with its voltages.
 
-    Attributes
-    ----------
-    at_design : bool
-        Whether it is one of the design point; else it is an end of a stable range.
-    point : Point or None
-        What ends the range; None where the sweep does.
-    swept : float
-        The swept parameter.
-    d : float
-    speed_bottom, speed_top : float
-        Impact speeds [m/s].
-    bottom_v, top_v, average_v : float
-        Gain over the bias [V].
-    deflection_m : float
-        Of the membrane that is struck harder [m].
-    """
+class _Place(NamedTuple):
+    """A stable motion: where it is, the swept parameter there as text, the group d, and the impact speeds [m/s]."""
 
-    at_design: bool
-    point: Point | None
-    swept: float
+    name: str
+    swept: str
     d: float
     speed_bottom: float
     speed_top: float
-    bottom_v: float
-    top_v: float
-    average_v: float
-    deflection_m: float
 
 
-class MassEffect(Struct, frozen=True):
-    """Voltage and deflection with another ball mass.
+def voltage_tables(solution: Solution, exactness: Exactness, say: Words) -> Iterator[Table]:
+    """Voltages of the stable motions at the design point and the ends of the stable ranges, the first with other balls.
 
-    Attributes
-    ----------
-    factor : float or None
-        Of the scenario's mass; None for `PUBLISHED_MASS_RATIO` of the capsule's.
-    mass_kg, deflection_m, average_v : float
+    None where there is no membrane or no such motion; of the design point, energies where the dielectric is stated.
     """
+    membrane, stable = solution.membrane, list(_places(solution, exactness, say))
+    if membrane is None or not stable:
+        return
 
-    factor: float | None
-    mass_kg: float
-    deflection_m: float
-    average_v: float
+    def shown(value: float, power: int = 0) -> str:
+        return rounded_text(float(value), exactness, power)
+
+    gains = [_gains(place, membrane) for place in stable]
+    unit, power = _unit(max(volts for bottom, top, *_ in gains for volts in (bottom, top)))
+    rows = [
+        (capital(name), swept, *map(shown, state), *(shown(volts, power) for volts in gain[:3]), shown(gain[3], 3))
+        for (name, swept, *state), gain in zip(stable, gains, strict=True)
+    ]
+    note = say("voltages_note", membrane)
+    yield worded_table(say, "voltages", "tnnnnnnnn", rows, solution.parameter, unit, note=note)
+
+    balls = [(say("mass", factor), factor * membrane.ball_mass_kg) for factor in MASS_FACTORS]
+    balls += [(say("published_mass", PUBLISHED_MASS_RATIO), PUBLISHED_MASS_RATIO * solution.device.capsule_mass_kg)]
+    effects = [(*ball, *_gains(stable[0], replace(membrane, ball_mass_kg=ball[1]))[2:]) for ball in balls]
+    unit, power = _unit(max(average for *_, average, _ in effects))
+    rows = [
+        (name, stated_text(1e3 * mass), shown(depth, 3), shown(depth / membrane.active_radius_m), shown(average, power))
+        for name, mass, average, depth in effects
+    ]
+    note = say("masses_note", membrane.exponent, solution.device.recoils)
+    yield worded_table(say, "masses", "tnnnn", rows, stable[0].name, unit, note=note)
+
+    design, dielectric = solution.design, membrane.dielectric
+    if design is not None and dielectric is not None and design.conversion_by_motion is not None:
+        x, powers = design.conversion_by_motion, (3, 3, 0, 2, 2)
+        field = x.field_v_m / dielectric.breakdown_field_v_m
+        columns = np.array([x.energy_bottom_j, x.energy_top_j, x.power_mw, x.efficiency, field])
+        rows = [tuple(map(shown, column, powers)) for column in columns.T[design.motions.stable_mask]]
+        if rows:
+            yield worded_table(say, "energy", "nnnnn", rows, note=say("energy_note"))
 
 
-def places(solution: Solution) -> list[Place]:
-    """The stable motions at the design point, then those at the ends of the stable ranges; empty without a membrane."""
-    membrane, design, rows = solution.membrane, solution.design, list[tuple[Any, ...]]()
-    if membrane is None:
-        return []
+def _unit(most: float) -> tuple[str, int]:
+    """Unit of a table whose largest voltage is known, and the power of ten that its numbers are multiplied by."""
+    return ("kV", -3) if most >= IN_KILOVOLTS else ("V", 0)
+
+
+def _gains(place: _Place, membrane: Membrane) -> tuple[float, float, float, float]:
+    """Gain over the bias at the bottom, at the top and on average [V], and the deflection on the harder side [m]."""
+    gain = voltages(np.array(place.speed_bottom), np.array(place.speed_top), membrane)
+    return float(gain.bottom_v), float(gain.top_v), float(gain.average_v), float(gain.deflection_m)
+
+
+def _places(solution: Solution, exactness: Exactness, say: Words) -> Iterator[_Place]:
+    """The stable motions at the design point, then those at the ends of the stable ranges."""
+    design = solution.design
     if design is not None:
         motions = design.motions
-        states = zip(
-            motions.d[motions.stable_mask],
-            motions.velocity_bottom[motions.stable_mask],
-            motions.velocity_top[motions.stable_mask],
-            strict=True,
-        )
-        rows += [(True, None, design.value, *state) for state in states]
-    ends = (end for part in solution.stable_ranges for end in part.ends)
-    rows += [(False, point, value, *state) for value, point in ends for state in _at(solution, value)]
-    stable = []
-    for at_design, point, value, *state in rows:
-        d, bottom, top = map(float, state)
-        unit = float(solution.device.velocity_unit(solution.parameter, value))
-        gain = _voltages(unit * bottom, -unit * top, membrane)
-        numbers = (float(x) for x in (gain.bottom_v, gain.top_v, gain.average_v, gain.deflection_m))
-        stable.append(Place(at_design, point, value, d, unit * bottom, -unit * top, *numbers))
-    return stable
+        columns = (motions.d, motions.velocity_bottom, motions.velocity_top)
+        for state in zip(*(column[motions.stable_mask] for column in columns), strict=True):
+            yield _place(solution, say("at_design"), design.value, exact(design.value), state)
+    for value, point in (end for part in solution.stable_ranges for end in part.ends):
+        name = say("sweep_end") if point is None else say("range_end", point)
+        swept = exact(value) if point is None else rounded_text(value, exactness)
+        for state in _at(solution, value):
+            yield _place(solution, name, value, swept, state)
 
 
-def _voltages(speed_bottom: float, speed_top: float, membrane: Membrane) -> Voltages:
-    return voltages(np.array(speed_bottom), np.array(speed_top), membrane)
+def _place(solution: Solution, name: str, value: float, swept: str, state: tuple[float, ...]) -> _Place:
+    d, bottom, top = map(float, state)
+    unit = float(solution.device.velocity_unit(solution.parameter, value))
+    return _Place(name, swept, d, unit * bottom, -unit * top)
 
 
 def _at(solution: Solution, value: float) -> Iterator[tuple[float, float, float]]:
@@ -106,16 +116,3 @@ def _at(solution: Solution, value: float) -> Iterator[tuple[float, float, float]
             for row in (part.first, part.last):
                 if part.stable and branch.mirror_of is None and float(motions.sweep_value[row]) == value:
                     yield motions.d[row], motions.velocity_bottom[row], motions.velocity_top[row]
-
-
-def mass_effects(solution: Solution) -> list[MassEffect]:
-    """What the ball mass makes of the voltage of the first stable motion; empty where there is none."""
-    membrane, stable = solution.membrane, places(solution)
-    if membrane is None or not stable:
-        return []
-    masses = [(factor, factor * membrane.ball_mass_kg) for factor in MASS_FACTORS]
-    effects = []
-    for factor, mass in [*masses, (None, PUBLISHED_MASS_RATIO * solution.device.capsule_mass_kg)]:
-        gain = _voltages(stable[0].speed_bottom, stable[0].speed_top, replace(membrane, ball_mass_kg=mass))
-        effects.append(MassEffect(factor, mass, float(gain.deflection_m), float(gain.average_v)))
-    return effects

@@ -261,7 +261,7 @@ def test_units_of_what_is_in_the_unit_of_the_parameter(example) -> None:
     from vireport.study.provenance import provenance_of
 
     study = analyse(load(example("simulated")))
-    rows = {row.path: row for row in Report(study, {}, provenance_of(study.loaded, "test")).inputs()}
+    rows = {row[-1]: row for row in Report(study, {}, provenance_of(study.loaded, "test")).tables.inputs().rows}
     for path in ("sweep.from", "sweep.to", "simulation.portraits", "simulation.displacement"):
-        assert rows[path].unit == "N"
-    assert rows["simulation.portraits"].value == "5.31, 5.87"
+        assert rows[path][3] == "N"
+    assert rows["simulation.portraits"][2] == "5.31, 5.87"

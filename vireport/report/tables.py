@@ -1,0 +1,210 @@
+"""Tables of the report of a run: numbers of a study, and the words of words/tables.j2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.design.followed import FollowedMotion
+from vireport.design.point import DesignPoint
+from vireport.motions.points import Point
+from vireport.motions.stability import determinant_of
+from vireport.physics.device import RESTITUTIONS
+from vireport.physics.groups import by_wall
+from vireport.report.voltages import voltage_tables
+from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
+from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput
+from vireport.study.study import Study
+from vireport.text.formatting import (
+    ABSENT,
+    Exactness,
+    capital,
+    error_bound,
+    exact,
+    percent,
+    rounded_text,
+    stated_text,
+    written,
+)
+from vireport.text.tables import Table, worded_table
+from vireport.text.templates import Words
+
+SYMBOLS = {varied.path: varied.marked for varied in DesignInput} | {
+    "device.ball_mass_kg": "*m*",
+    "device.membrane.stiffness": "*K*",
+    "device.membrane.exponent": "*h*",
+    "device.membrane.active_radius_m": "*R*_c",
+    "device.membrane.ball_radius_m": "*r*_b",
+    "device.membrane.bias_voltage_v": "*U*_in",
+    "device.membrane.thickness_m": "*κ*",
+    "device.membrane.relative_permittivity": "*ε*_r",
+    "excitation.frequency_hz": "*f* = *ω*/2π",
+    "gravity_m_s2": "*g*",
+    "period_ratio": "*n*",
+}
+
+OF_LAW = "device.restitution_exponent"
+"""An input of which nothing is told where it is 0: the restitution then is what the row above it says."""
+
+NOT_A_QUANTITY = ("schema_version", "title")
+
+EFFECTS = ("device.capsule", "device.friction", "excitation.harmonics")
+"""Inputs by which the model has one more effect, and none unless they are given."""
+
+NOTHING = 1e-30
+"""Below this, a number is what 45-digit arithmetic leaves of an exact zero."""
+
+
+class RunTables(Struct, frozen=True, eq=False):
+    """The tables of a study.
+
+    Attributes
+    ----------
+    study : Study
+    templates : Path or None
+        A folder whose words come before ours.
+    """
+
+    study: Study
+    templates: Path | None = None
+
+    @property
+    def _say(self) -> Words:
+        return Words("tables", self.templates)
+
+    @property
+    def _exactness(self) -> Exactness:
+        return self.study.evidence.exactness
+
+    def _shown(self, *values: float | None) -> Iterator[str]:
+        return (rounded_text(value if value is None else float(value), self._exactness) for value in values)
+
+    def inputs(self) -> Table:
+        """The values that were given or count by default, in the order of the format."""
+        solution, say = self.study.solution, self._say
+        unused, rows = [path for path in EFFECTS if self._origin(path) == "default"], []
+        for entry in inputs(self.study.scenario):
+            if entry.path not in (*NOT_A_QUANTITY, *unused) and (entry.value or entry.path != OF_LAW):
+                unit = solution.parameter.unit if entry.unit == UNIT_OF_SWEPT else set_in_type(entry.unit)
+                chosen = solution.sweep is not None and entry.path.rpartition(".")[2] == solution.parameter
+                symbol, origin = SYMBOLS.get(entry.path, ""), say("origin", self._origin(entry.path), chosen)
+                rows.append((entry.title, symbol, written(entry.value), unit, origin, entry.path))
+        return worded_table(say, "inputs", "ttnttc", rows, note=say("unused", unused) if unused else "")
+
+    def _origin(self, path: str) -> Literal["given", "default", "override"]:
+        """Whether a value was given, and where, or is a default."""
+        loaded = self.study.loaded
+        return "override" if loaded.is_set_over(path) else "given" if path in loaded.stated_keys else "default"
+
+    def margins(self) -> Iterator[Table]:
+        """How far the design point is from where stable motion ends, and what neglected effects leave of it."""
+        design, effects, say = self.study.solution.design, self.study.effects, self._say
+        soft, device = self.study.own_stiffness is not None, self.study.solution.device
+        if design is not None and design.stable_ranges:
+            yield worded_table(say, "ranges", "tnntnntn", self._ranges(design), note=say("ranges_note", soft))
+        if effects is not None and effects.end is not None:
+            end, of_effects = effects.end, Words("effects", self.templates)
+            rows = [(say("rigid"), *self._shown(end.sweep_value), percent(end.relative and abs(end.relative)))]
+            rows += [
+                (capital(of_effects("effect", x, device)), *self._shown(x.value), of_effects("left", x))
+                for x in effects.rows
+            ]
+            yield worded_table(say, "effects", "tnn", rows, end, note=say("effects_note"))
+        if design is not None and design.distortions:
+            rows = [
+                (str(x.order), say("none_found"), ABSENT, ABSENT)
+                if x.share is None or x.event is None
+                else (str(x.order), *self._shown(100 * x.share, x.phase_deg), x.event.words)
+                for x in design.distortions
+            ]
+            note = say("distortions_note", design.distortions[0].searched_to, device, soft)
+            yield worded_table(say, "distortions", "tnnt", rows, note=note)
+
+    def _ranges(self, design: DesignPoint) -> Iterator[tuple[str, ...]]:
+        """The stable range of each input around the design point; of both restitutions only where they differ."""
+        device = self.study.solution.device
+        for part in design.stable_ranges:
+            if not device.alike or part.parameter not in RESTITUTIONS[1:]:
+                at = float(device.value_of(part.parameter))
+                ends = (cell for value, point in part.ends for cell in self._end(value, point, at))
+                yield self._say("head_in_words", part.parameter), stated_text(at), *ends
+
+    def _end(self, value: float, point: Point | None, at: float) -> tuple[str, str, str]:
+        """Where a stable range ends, what ends it, and the room that the value of the design has."""
+        room = percent((value - at) / at if at else None, signed=True)
+        if point is not None:
+            return rounded_text(value, self._exactness), ", ".join(filter(None, (point.label, point.event.words))), room
+        unknown = value in (SMALLEST, LARGEST)
+        return (ABSENT, self._say("nothing"), ABSENT) if unknown else (exact(value), self._say("limit"), room)
+
+    def design_point(self) -> Iterator[Table]:
+        """Every 1:1 motion at the design point, and the motions of other words that the device comes to."""
+        solution, others, say = self.study.solution, self.study.switched_on, self._say
+        design, device = solution.design, solution.device
+        if design is not None and len(design.motions):
+            x = design.motions
+            columns = (x.q, x.phi_bottom, x.phi_top, x.velocity_bottom, x.velocity_top, x.trace, x.discriminant)
+            cells = zip(design.families, x.words, x.admissible_mask, *columns, strict=True)
+            rows = [
+                (capital(name), word, say("yes" if admissible else "no"), *self._shown(*numbers))
+                for name, word, admissible, *numbers in cells
+            ]
+            if device.law is None:
+                note = say("same_determinant", device, *self._shown(determinant_of(device.restitution)))
+            else:
+                each = zip(*by_wall(x.restitution), strict=True)
+                note = say("determinants", device.law, [say("pair", *self._shown(*pair)) for pair in each])
+            yield worded_table(say, "design_point", "tttnnnnnnn", rows, note=note)
+        if others is not None and others.by_starts:
+            yield self._followed("by_starts", others.by_starts, say("by_starts_note"))
+        if others is not None and others.motion_from_rest is not None:
+            reached = others.motion_from_rest
+            note = say("from_rest_note", reached, *self._shown(reached.growth))
+            yield self._followed("from_rest", (reached,), note)
+
+    def _followed(self, macro: str, motions: tuple[FollowedMotion, ...], note: str) -> Table:
+        rows = [(x.name, x.stability, *self._shown(x.low, x.high), *x.ends) for x in motions]
+        return worded_table(self._say, macro, "ttnntt", rows, motions[0], note=note)
+
+    def critical_points(self) -> Table:
+        """The motions at the critical points, each followed by its mirror image where it has one."""
+        solution, soft, say = self.study.solution, self.study.own_stiffness is not None, self._say
+        rows = []
+        for x in solution.critical_points:
+            name = f"[{x.label}]{{#point-{x.label}}}"
+            rows.append((name, say("happens", x), *self._state(x, x, x.closed.phi_top)))
+            if x.mirror is not None:
+                # The mirror image hits the top when the motion hits the bottom, half a forcing period on.
+                top = float(np.mod(x.closed.phi_bottom + pi, 2 * pi))
+                rows.append((x.label, say("mirrored"), *self._state(x, x.mirror, top)))
+        contact, bound = self.study.evidence.contact_share, error_bound(self.largest_bound)
+        share = "" if contact is None else percent(contact)
+        note = say("critical_points_note", share, solution.parameter.with_unit(bound), soft)
+        return worded_table(say, "critical_points", "ttnnnnnnnn", rows, solution.parameter, soft, note=note)
+
+    @property
+    def largest_bound(self) -> float:
+        """Largest error bound of the critical points [unit of the swept parameter]."""
+        return max(x.error_bound for x in self.study.solution.critical_points)
+
+    def _state(self, critical: Point, motion: Point, phi_top: float) -> Iterator[str]:
+        """Where a critical point is and how well that is known, or where it is with soft membranes; and its motion."""
+        closed, own = motion.closed, self.study.own_stiffness
+        velocities = (0.0 if abs(x) < NOTHING else x for x in (closed.velocity_bottom, closed.velocity_top))
+        yield from self._shown(critical.sweep_value)
+        if own is None:
+            yield error_bound(critical.error_bound)
+        elif (end := own.end_of(self.study.solution.parameter, critical)) is not None and end.compliant is not None:
+            yield from self._shown(end.compliant)
+        else:
+            yield ABSENT if end is None or end.absence is None else end.absence.missing
+        yield from self._shown(critical.d, 0.5 + closed.u, closed.phi_bottom, phi_top, *velocities)
+
+    def voltages(self) -> Iterator[Table]:
+        """Voltages of the stable motions, what the ball mass does to them, and the energy that they convert."""
+        return voltage_tables(self.study.solution, self._exactness, self._say)
