@@ -24,7 +24,6 @@ from vireport.motions.sweep import Held
 from vireport.physics.device import Device
 from vireport.physics.numbers import DIGITS
 from vireport.report.ci_formats import source_url
-from vireport.report.motions import families_table
 from vireport.report.printed import paper_section
 from vireport.report.tables import RunTables
 from vireport.scenario.loading import Loaded
@@ -252,12 +251,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     def failed(self) -> tuple[Criterion, ...]:
         """The requirements that are not met."""
         return tuple(unmet_criteria(self.study.criteria))
-
-    def families(self) -> Table | None:
-        """The families of motions of other impact sequences."""
-        if self.study.atlas is None:
-            return None
-        return families_table(self.study, self.study.atlas)
 
     @property
     def not_found(self) -> list[str]:

@@ -1,45 +1,51 @@
-"""The table of families of motions of other impact sequences, and what they generate."""
+"""Tables of the motions of other impact sequences: what each sequence generates, and all families."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from vireport.motions.events import Event
-from vireport.motions.families import Atlas, Family, Mark
-from vireport.motions.generation import generation
+from vireport.motions.families import Family, Mark
+from vireport.motions.generation import generation, ladder
 from vireport.motions.sweep import settable
 from vireport.study.study import Study
-from vireport.text.formatting import Exactness, rounded_text, span
-from vireport.text.tables import Table, numbers, texts
+from vireport.text.formatting import Exactness, quantity, rounded_text, span
+from vireport.text.tables import Table, worded_table
+from vireport.text.templates import Words
 
 
-def families_table(study: Study, atlas: Atlas) -> Table:
-    """Those families that are shown, stable ones first, with the voltage in the middle of the longest stable range."""
-    swept = atlas.sweep.parameter
+def motion_tables(study: Study, say: Words) -> Iterator[Table]:
+    """What stable motions of each impact sequence generate at most, if there are any, and the families that are shown.
+
+    Of families stable ones come first, with the voltage in the middle of the longest stable range.
+    """
+    atlas, membrane, exactness = study.atlas, study.solution.membrane, study.evidence.exactness
+    if atlas is None:
+        return
+    swept, rows, volts = atlas.sweep.parameter, [], "nn" if membrane is not None else ""
+    for rung in ladder(atlas.printed_families, membrane):
+        ranges = "; ".join(swept.with_unit(span(*part, exactness)) for part in rung.ranges)
+        most = (quantity(rung.average_v, "V", exactness), f"{quantity(rung.per_second_v, 'V', exactness)}/s")
+        impacts = " to ".join(dict.fromkeys(map(rounded_text, rung.impacts_per_s)))
+        rows.append((rung.word.letters, str(rung.word.periods), ranges, *(most if volts else ()), impacts))
+    if rows:
+        yield worded_table(say, "ladder", f"tnt{volts}n", rows, swept, bool(volts))
     order = sorted(atlas.printed_families, key=lambda family: not family.stable_runs)
-    rows = tuple((*_row(family, study.evidence.exactness), *_voltage(study, family)) for family in order)
-    columns = (
-        *texts("Word", "n:m"),
-        *numbers("Periods", f"{swept.symbol} [{swept.unit}]", "Stable"),
-        *texts("Begins", "Ends"),
-        *(numbers("U_ave [V]", "[V/s]") if study.solution.membrane is not None else ()),
-    )
-    title = "Families of motions, with voltages in the middle of the longest stable range, or of the family"
-    return Table(title if study.solution.membrane is not None else "Families of motions", columns, rows)
+    rows = [(*_row(family, exactness, say), *_voltage(study, family)) for family in order]
+    yield worded_table(say, "families", f"ttnnntt{volts}", rows, swept, bool(volts))
 
 
-def _row(family: Family, exactness: Exactness) -> tuple[str, ...]:
-    parts = (
-        span(*part, exactness) + ("" if settable(*part, family.sweep.off) else " (too narrow to be set)")
-        for part in family.stable_ranges
-    )
-    stable = ", ".join(parts) or "nowhere"
+def _row(family: Family, exactness: Exactness, say: Words) -> tuple[str, ...]:
+    ranges = ((span(*part, exactness), settable(*part, family.sweep.off)) for part in family.stable_ranges)
+    stable = ", ".join(part if wide else say("too_narrow", part) for part, wide in ranges) or say("nowhere")
     whole = span(float(family.sweep_value.min()), float(family.sweep_value.max()), exactness)
-    word, ends = family.word, (_end(family, mark) for mark in family.ends)
+    word, ends = family.word, (_end(family, mark, say) for mark in family.ends)
     return (word.letters, word.ratio, str(word.periods), whole, stable, *ends)
 
 
-def _end(family: Family, mark: Mark) -> str:
+def _end(family: Family, mark: Mark, say: Words) -> str:
     if mark.event is Event.LOST:
-        return f"not followed beyond {rounded_text(float(family.sweep_value[mark.row]))}"
+        return say("lost", rounded_text(float(family.sweep_value[mark.row])))
     return mark.point.label if mark.point is not None and mark.point.label else mark.event.replace("_", " ")
 
 

@@ -16,6 +16,7 @@ from vireport.motions.points import Point
 from vireport.motions.stability import determinant_of
 from vireport.physics.device import RESTITUTIONS
 from vireport.physics.groups import by_wall
+from vireport.report.motions import motion_tables
 from vireport.report.voltages import voltage_tables
 from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
 from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput
@@ -208,3 +209,7 @@ class RunTables(Struct, frozen=True, eq=False):
     def voltages(self) -> Iterator[Table]:
         """Voltages of the stable motions, what the ball mass does to them, and the energy that they convert."""
         return voltage_tables(self.study.solution, self._exactness, self._say)
+
+    def motions(self) -> Iterator[Table]:
+        """The motions of other impact sequences."""
+        return motion_tables(self.study, self._say)

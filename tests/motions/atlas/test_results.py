@@ -18,8 +18,8 @@ from vireport.motions.generation import generation, ladder
 from vireport.motions.switching import Limits
 from vireport.physics.energy import generated_voltage
 from vireport.report.context import Report
-from vireport.report.motions import families_table
 from vireport.report.rendering import render_html
+from vireport.report.tables import RunTables
 from vireport.study.provenance import provenance_of
 from vireport.study.results import branches_csv
 from vireport.study.study import Study
@@ -46,6 +46,11 @@ def followed():
 @pytest.fixture(scope="module")
 def study(followed):
     return followed[0]
+
+
+def families_shown(study):
+    *_, table = RunTables(study).motions()
+    return table.rows
 
 
 @pytest.mark.slow
@@ -96,7 +101,7 @@ def test_a_family_that_is_not_followed_to_its_end_says_so_and_how_far_it_was(mon
     lost = [(end["sweep_value"], last) for end, last in ends if end["kind"] == "not_followed"]
     assert lost
     assert all(told == last for told, last in lost)
-    cells = [cell for row in families_table(study, study.atlas).rows for cell in row]
+    cells = [cell for row in families_shown(study) for cell in row]
     assert sum(cell.startswith("not followed beyond 0.") for cell in cells) == len(lost)
 
 
@@ -137,7 +142,7 @@ def test_families_of_1_1_motions_generate_what_the_branches_do(study):
 
 
 def test_the_table_has_every_family_with_its_range(study):
-    rows = [(row[0], *map(float, row[3].split(" to "))) for row in families_table(study, study.atlas).rows]
+    rows = [(row[0], *map(float, row[3].split(" to "))) for row in families_shown(study)]
     families = [(f.word.letters, f.sweep_value.min(), f.sweep_value.max()) for f in study.atlas.families]
     for (word, *ends), (same, *own) in zip(sorted(rows), sorted(families), strict=True):
         assert word == same
@@ -301,7 +306,7 @@ def test_pages_show_the_families_that_can_be_set_then_the_shortest_words_and_res
     assert carried["motions"] == every["motions"]
     assert carried["motions"]["families_found"] == len(every["families"]) == 4
     assert "Of 4 families 3 are in the tables" in section(study)
-    assert len(families_table(study, study.atlas).rows) == 3
+    assert len(families_shown(study)) == 3
     drawn = {picture.name: picture for picture in pictures(study)}
     for name in ("figure-atlas", "figure-ladder"):
         assert "Drawn are 3 of 4 families" in drawn[name].caption
