@@ -20,6 +20,7 @@ from vireport.report.motions import motion_tables
 from vireport.report.voltages import voltage_tables
 from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
 from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput
+from vireport.study.judging.evidence import Judgement
 from vireport.study.study import Study
 from vireport.text.formatting import (
     ABSENT,
@@ -30,6 +31,7 @@ from vireport.text.formatting import (
     percent,
     rounded_text,
     stated_text,
+    words,
     written,
 )
 from vireport.text.tables import Table, worded_table
@@ -213,3 +215,17 @@ class RunTables(Struct, frozen=True, eq=False):
     def motions(self) -> Iterator[Table]:
         """The motions of other impact sequences."""
         return motion_tables(self.study, self._say)
+
+    def remarks(self) -> Table:
+        """Where the values come from that requirements are held against."""
+        explained = (x for x in self.study.criteria if x.outcome.why)
+        rows = [(f"[{words(x.title)}](requirement-{x.key})", _remark(x.outcome)) for x in explained]
+        return worded_table(self._say, "remarks", "tt", rows)
+
+
+def _remark(outcome: Judgement) -> str:
+    """Where a value comes from; an input there has its symbol and, behind the number, its unit."""
+    if outcome.varied is None:
+        return words(capital(outcome.why))
+    before, _, after = outcome.why.partition(outcome.varied)
+    return f"{words(capital(before))}{outcome.varied.marked}{words(outcome.varied.with_unit(after))}"

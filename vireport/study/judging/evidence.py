@@ -103,14 +103,6 @@ class Judgement(Struct, frozen=True, eq=False):
     error_bound: float = 0.0
     varied: ScalarInput | None = None
 
-    @property
-    def remark(self) -> tuple[str, ...]:
-        """Parts of `why`; an input among them has its symbol and unit on a page."""
-        if self.varied is None:
-            return (self.why,)
-        before, _, after = self.why.partition(self.varied)
-        return before, self.varied, after
-
 
 class Criterion(Struct, frozen=True, eq=False):
     """A line of the acceptance table.
