@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
@@ -26,6 +25,7 @@ from vireport.scenario.parameters import Parameter
 from vireport.study.judging.opening import WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.study.results import SWEEP_END
+from vireport.text.foreign import unmarked
 from vireport.text.formatting import ABSENT, Exactness, apart, capital, percent, rounded_text, words, written
 from vireport.text.said import Said, spoken, words_of
 from vireport.text.tables import Table, numbers, texts, worded_table
@@ -74,13 +74,13 @@ class ComparisonReport(Struct, frozen=True, eq=False):
     def verdict(self) -> WordedOpening:
         """Which scenario is best, and why."""
         worded = self.comparison.opening.worded(self.templates)
-        facts = tuple((status, _plain(text)) for status, text in worded.facts)
-        return replace(worded, word=_plain(worded.word), sentence=_plain(worded.sentence), facts=facts)
+        facts = tuple((status, unmarked(text)) for status, text in worded.facts)
+        return replace(worded, word=unmarked(worded.word), sentence=unmarked(worded.sentence), facts=facts)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What else is to be known of the ranking."""
-        return tuple(_plain(self._say(remark)) for remark in remarks(self.comparison.ranking))
+        return tuple(unmarked(self._say(remark)) for remark in remarks(self.comparison.ranking))
 
     def ranking(self) -> Table:
         """The scenarios, the best first."""
@@ -112,22 +112,22 @@ class ComparisonReport(Struct, frozen=True, eq=False):
             rows = [row for row in chosen if any(cell.value is not None or cell.finding for cell in row.cells[part])]
             lines = tuple(
                 (
-                    _plain(capital(row.headed(self.templates))),
+                    unmarked(capital(row.headed(self.templates))),
                     *_numbers(row, part, comparison.exactness, self.templates),
                     spoken(_difference(row), self.templates),
                 )
                 for row in rows
             )
-            head = (*texts(first), *numbers(*map(_plain, names[part]), last))
+            head = (*texts(first), *numbers(*map(unmarked, names[part]), last))
             caption = _said("quantities")
             if len(names) > BESIDE_ONE_ANOTHER:
                 caption = _said("of_scenarios", caption, listed(names[part]))
             note = _dashes(names[part], part, rows)
-            yield Table(_plain(self._say(caption)), head, lines, "" if note is None else _plain(self._say(note)))
+            yield Table(unmarked(self._say(caption)), head, lines, "" if note is None else unmarked(self._say(note)))
 
     def settings(self) -> Iterator[Table]:
         """The values by which scenarios differ: those run down, scenarios or keys, of which there are more."""
-        names, settings = tuple(map(_plain, self.comparison.names)), self.comparison.settings
+        names, settings = tuple(map(unmarked, self.comparison.names)), self.comparison.settings
         keys = tuple(row.quantity for row in settings)
         cells = [[written(value) for value in row.values] for row in settings]
         caption, *heads = _said("settings").parts(self.templates)
@@ -147,7 +147,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
             for alert in study.alerts:
                 key = (alert.severity.rank, alert.code, capital(alert.severity), words(alert.title))
                 names.setdefault(key, []).append(name)
-        rows = tuple((*key[1:], _plain(self._listed(raising))) for key, raising in sorted(names.items()))
+        rows = tuple((*key[1:], unmarked(self._listed(raising))) for key, raising in sorted(names.items()))
         head = texts(*_said("alerts_heads").parts(self.templates))
         return Table(self._say(_said("alerts")), head, rows) if rows else None
 
@@ -165,7 +165,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
                 figures.setdefault((why, self._listed(lacking)), []).append(figure.removeprefix("figure-"))
         rows = [
             (
-                _plain(self.say("figures_of" if numbers[1:] else "figure_of", self._listed(numbers), lacking)),
+                unmarked(self.say("figures_of" if numbers[1:] else "figure_of", self._listed(numbers), lacking)),
                 capital(self._say(why)),
             )
             for (why, lacking), numbers in figures.items()
@@ -175,7 +175,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
 
     def origins(self) -> tuple[Table, Table]:
         """The files of the scenarios with what was set over them, and their hashes."""
-        loaded = {_plain(name): study.loaded for name, study in self.comparison.by_name.items()}
+        loaded = {unmarked(name): study.loaded for name, study in self.comparison.by_name.items()}
         rows = [(name, _file(of.document.name), " ".join(of.overrides) or ABSENT) for name, of in loaded.items()]
         hashes = [(name, of.sha256) for name, of in loaded.items()]
         return worded_table(self.say, "origins", "tcc", rows), worded_table(self.say, "hashes", "tc", hashes)
@@ -192,14 +192,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
 
 def _inert(table: Table) -> Table:
     """Make a table whose rows begin with the names of scenarios, which are not markup."""
-    return replace(table, rows=tuple((_plain(name), *cells) for name, *cells in table.rows))
-
-
-def _plain(text: str) -> str:
-    """Keep all of a text but U_ave from being markup, as the names of scenarios are none."""
-    # The filter `rich` of the templates makes x_c a subscript and *x* a symbol: a word joiner, which has no width, and
-    # another asterisk keep it from that.
-    return re.sub(r"(?<!\w)([^\W\d_])_(?!ave\b)", "\\1\u2060_", text.replace("*", "\u2217"))
+    return replace(table, rows=tuple((unmarked(name), *cells) for name, *cells in table.rows))
 
 
 def _numbers(row: ComparisonRow, part: slice, exactness: Exactness, templates: Path | None) -> Iterator[str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
+from msgspec.structs import replace
 
 from vireport.report.templates import AnyReport, Source, Typesetting, fill_in, marked
 from vireport.text.foreign import visible
@@ -84,10 +85,18 @@ def code(text: str) -> Source:
     return Source(f"{fence}{space}{visible_text}{space}{fence}")
 
 
-def table(of: Table) -> Source:
-    """Write a table with its caption and its note."""
-    note = f"\n{rich(of.note)}\n" if of.note else ""
-    return Source(f"{markdown_of(of, rich)}{note}")
+def table(of: Table, source: str = "") -> Source:
+    """Write a table with its caption and its note; lines of the scenario are linked where its address is not ""."""
+
+    def link(text: str, place: str) -> str:
+        shown, line = marked(text, MARKDOWN), place.removeprefix("line-")
+        return f"[{shown}]({source}#L{line})" if source and line != place else shown
+
+    def written(text: str) -> str:
+        return _begun(marked(text, replace(MARKDOWN, link=link)))
+
+    note = f"\n{written(of.note)}\n" if of.note else ""
+    return Source(f"{markdown_of(of, written)}{note}")
 
 
 FILTERS: dict[str, Callable[..., str]] = {"code": code, "rich": rich, "source": Source, "table": table}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Literal
 
 import numpy as np
@@ -22,6 +22,7 @@ from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
 from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput
 from vireport.study.judging.evidence import Judgement
 from vireport.study.study import Study
+from vireport.text.foreign import unmarked
 from vireport.text.formatting import (
     ABSENT,
     Exactness,
@@ -215,6 +216,15 @@ class RunTables(Struct, frozen=True, eq=False):
     def motions(self) -> Iterator[Table]:
         """The motions of other impact sequences."""
         return motion_tables(self.study, self._say)
+
+    def requirements(self) -> Table:
+        """What the scenario requires, and whether it is met."""
+        say, rows, name = self._say, [], unmarked(PurePath(self.study.loaded.document.name).name)
+        for x in self.study.criteria:
+            numbers = (words(text) for text in (x.limit.text, x.outcome.text, x.margin_text or ABSENT))
+            title, met = f"[{words(x.title)}]{{#requirement-{x.key}}}", say("met" if x.passed else "not_met")
+            rows.append((title, met, *numbers, say("stated", x, name)))
+        return worded_table(say, "requirements", "tttttt", rows, note=say("requirements_note"))
 
     def remarks(self) -> Table:
         """Where the values come from that requirements are held against."""

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _RICH = re.compile(
     r"\*\*(?P<strong>[^*]+)\*\*"
-    r"|\[(?P<text>[^\[\]]+)\](?:\((?P<place>[\w-]+)\)|\{#(?P<anchor>[\w-]+)\})"
+    r"|\[(?P<text>(?:[^\[\]]|\[[^\[\]]*\])+)\](?:\((?P<place>[\w-]+)\)|\{#(?P<anchor>[\w-]+)\})"
     r"|@(?P<figure>figure-[a-z0-9]+)\b"
     r"|\*(?P<symbol>[^*\s][^*]*)\*"
     r"|(?<!\w)(?P<base>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,6})\b"
@@ -136,8 +136,8 @@ def rich(text: str) -> Source:
 
     Examples
     --------
-    >>> print(rich("if *d* or x_c"))
-    #"if ";#emph("d");#" or ";#emph("x");#sub("c");
+    >>> print(rich("if *d* or x_c"), rich("[a[1].yaml](line-3)"))
+    #"if ";#emph("d");#" or ";#emph("x");#sub("c"); #to("line-3")[#"a[1].yaml";];
     """
     return marked(_BAR.sub(JOINED_BAR, tied(text)), TYPST)
 

@@ -57,3 +57,15 @@ def inert_cell(text: str) -> str:
     ("'=HYPERLINK(0)", 'd = 1')
     """
     return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
+
+
+def unmarked(text: str) -> str:
+    """Text of which nothing but U_ave has a mark of the words of reports: x_c is no subscript and *x* no symbol.
+
+    Examples
+    --------
+    >>> len(unmarked("x_2.yaml")), unmarked("U_ave of *a*")
+    (9, 'U_ave of ∗a∗')
+    """
+    # A word joiner, which has no width, and another asterisk keep them from that.
+    return re.sub(r"(?<!\w)([^\W\d_])_(?!ave\b)", "\\1\u2060_", text.replace("*", "\u2217"))
