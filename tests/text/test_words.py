@@ -681,7 +681,7 @@ OPTIMISE_SAID: list[tuple[str, tuple[object, ...], str]] = [
         "tolerances: towards length 1 m, frequency 2 Hz stable motion ends at 40 % of them",
     ),
     ("does_not_repeat", (1e-3,), "Reached from rest: only at these very numbers, not 0.1 % beside them"),
-    ("table_nearest", (), "The nearest design"),
+    ("table_nearest", (), "The nearest design | Input | Value | In the scenario | From | To | At its limit"),
     (
         "rounded",
         (),
@@ -1004,8 +1004,7 @@ CHARTED = [
     ("opening_region", ("bT (1:1)", 0.5)),
     ("opening_endless", ("BT", Parameter.LENGTH)),
     ("opening_end", ("BT", Parameter.INCLINATION, "up", "51.6°", "+15 %", "period doubling")),
-    ("points_caption", ()),
-    ("points_head", ()),
+    ("points", (["length [m]", "inclination [°]"],)),
     ("points_note", ()),
     ("point", (Event.CUSP,)),
     ("point_with_grazing", (Event.FOLD,)),
@@ -1031,8 +1030,7 @@ ON_MAPS = [
     ("curves", ()),
     ("over", (MAP,)),
     ("design_point", ()),
-    ("margins_caption", ("BT", "s = 0.7 m")),
-    ("margins_head", ()),
+    ("margins", ("BT", "s = 0.7 m", True)),
     ("margins_note", ()),
     ("end", (Event.FOLD,)),
     ("handover", (Event.PITCHFORK,)),
@@ -1297,7 +1295,7 @@ def test_every_branch_of_the_words_is_said_above(taken) -> None:
     for macro, given, _ in OPTIMISE_SAID:
         said("optimise", macro, *given)
     branches, told = taken()
-    of_the_core = {str(file.relative_to(TEMPLATES)) for file in WORDS}
+    of_the_core = {str(file.relative_to(TEMPLATES)) for file in WORDS if file.stem != "tables"}  # read back on pages
     branches = {branch for branch in branches if branch.partition(":")[0] in of_the_core}
     assert branches - told == set()
     decided = {branch.partition(":")[0] for branch in branches}

@@ -15,8 +15,7 @@ from vireport.study.judging.alerts import Alert
 from vireport.study.judging.opening import WordedOpening
 from vireport.study.provenance import Provenance
 from vireport.text.formatting import Exactness, percent, subtitle
-from vireport.text.said import BETWEEN
-from vireport.text.tables import Table, numbers, texts
+from vireport.text.tables import Table, worded_table
 from vireport.text.templates import Words
 
 if TYPE_CHECKING:
@@ -129,7 +128,6 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
             )
             for margin in self.design.margins
         )
-        first, *middle, event, beyond = said("margins_head").split(BETWEEN)
-        columns = (*texts(first), *numbers(*middle), *texts(event, beyond))[: len(rows[0])]
-        caption = said("margins_caption", self.motion_name, self.place)
-        return Table(caption, columns, rows, said("margins_note"))
+        beyond = len(rows[0]) > len("tnnnt")
+        heads = self.motion_name, self.place, beyond
+        return worded_table(said, "margins", "tnnntt" if beyond else "tnnnt", rows, *heads, note=said("margins_note"))

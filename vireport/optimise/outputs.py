@@ -41,7 +41,7 @@ from vireport.text.formatting import (
     stated_text,
 )
 from vireport.text.said import Said, words_of
-from vireport.text.tables import Table, numbers, plain_text, texts
+from vireport.text.tables import Table, numbers, plain_text, worded_table
 from vireport.text.templates import Words
 
 if TYPE_CHECKING:
@@ -324,9 +324,7 @@ def _table(result: SearchResult, point: JudgedDesign, say: Words) -> Table:
         )
     )
     note = "" if best is None else say("rounded" if built is not None else "not_rounded")
-    first, *between, last = _said("heads").parts(say.templates)
-    head = (*texts(first), *numbers(*between), *texts(last))
-    return Table(say("table_best" if best is not None else "table_nearest"), head, rows, note)
+    return worded_table(say, "table_best" if best is not None else "table_nearest", "tnnnnt", rows, note=note)
 
 
 def _in_unit(result: SearchResult, value: float, exactness: Exactness = OF_A_MODEL) -> str:

@@ -55,8 +55,9 @@ FIGURES = [
 SAID: list[tuple[str, tuple[object, ...], str]] = [
     ("not_rigid", ("It runs",), "It runs, by a rigid model that is not good enough."),
     ("lacks_not_rigid", (), "rigid model not good enough"),
-    ("head", ("critical",), "critical point"),
-    ("head", ("critical", "B1"), "B1"),
+    ("distance", ("",), "| critical point"),
+    ("distance", ("B1",), "| B1"),
+    ("errors", (["10⁸"],), "| Solver | Setting | K times 10⁸"),
     ("quantity", ("phase", "rad"), "Phase [rad]"),
     ("quantity", ("restitution", ""), "Restitution"),
     ("what_is_lost", ("B1",), "B1"),

@@ -18,7 +18,7 @@ from vireport.findings.accuracy.workprecision import (
     WorkPrecision,
 )
 from vireport.text.formatting import ABSENT, ROUGHLY, TIMES, exact, rounded_text
-from vireport.text.tables import Table, numbers, texts
+from vireport.text.tables import Table, worded_table
 
 if TYPE_CHECKING:
     from vireport.text.templates import Words
@@ -40,23 +40,15 @@ def measurements(work: WorkPrecision, every: bool = False, templates: Path | Non
     if work.benchmark is None:
         return
     say = _words(templates)
-    yield Table(
-        say("reference_caption"),
-        (*texts(say("head", "quantity")), *numbers(*(say("head", name) for name in ("reference", "closed", "whole")))),
-        tuple(_reference_rows(work, say)),
-        say("reference_note"),
-    )
+    yield worded_table(say, "reference", "tnnn", _reference_rows(work, say), note=say("reference_note"))
+    accuracies = [power(accuracy) for accuracy in ACCURACIES]
     for task in work.tasks:
         name = task_name(work, task, templates)
         if every:
-            errors = (say("head", "error", quantity.key) for quantity in work.quantities if quantity.task == task)
-            head = (say("head", column) for column in ("setting", "time", "evaluations"))
-            columns = (*texts(say("head", "method")), *numbers(*head, *errors))
-            yield Table(say("runs_caption", name), columns, tuple(_run_rows(work, task, say)))
-        times = (say("head", "time_to", power(accuracy)) for accuracy in ACCURACIES)
-        head = (say("head", column) for column in ("least", "evaluations", "failed"))
-        columns = (*texts(say("head", "method")), *numbers(*times, *head))
-        yield Table(say("times_caption", name), columns, tuple(_summary_rows(work, task, say)), say("times_note"))
+            keys = [quantity.key for quantity in work.quantities if quantity.task == task]
+            yield worded_table(say, "runs", f"tnnn{'n' * len(keys)}", _run_rows(work, task, say), name, keys)
+        kinds, rows = f"t{'n' * len(accuracies)}nnn", _summary_rows(work, task, say)
+        yield worded_table(say, "times", kinds, rows, name, accuracies, note=say("times_note"))
 
 
 def ranking(work: WorkPrecision, templates: Path | None = None) -> Iterator[Table]:
@@ -67,22 +59,14 @@ def ranking(work: WorkPrecision, templates: Path | None = None) -> Iterator[Tabl
     if work.benchmark is None:
         return
     say, point = _words(templates), work.benchmark.point
-    short = {task: say("short_task", task, point) for task in work.tasks}
-    heads = (say("fastest_head", short[task], power(a)) for task in work.tasks for a in ACCURACIES)
-    yield Table(
-        say("fastest_caption"),
-        (*texts(say("head", "method")), *numbers(*heads)),
-        tuple(_factor_rows(work, say)),
-        say("fastest_note"),
-    )
+    tasks, accuracies = [say("short_task", task, point) for task in work.tasks], [power(a) for a in ACCURACIES]
+    kinds, note = f"t{'n' * len(tasks) * len(accuracies)}", say("fastest_note")
+    yield worded_table(say, "fastest", kinds, _factor_rows(work, say), tasks, accuracies, note=note)
     if work.orders:
-        kinds = (say("head", name) for name in ("method", "task", "against"))
-        columns = (*texts(*kinds), *numbers(*(say("head", name) for name in ("range", "fitted", "theory"))))
-        rows = tuple(_order_row(work, order, say) for order in work.orders)
-        yield Table(say("orders_caption"), columns, rows, say("orders_note"))
-    if failures := tuple(_failure_rows(work, say)):
-        columns = texts(*(say("head", name) for name in ("method", "failed_task", "setting", "reason")))
-        yield Table(say("failures_caption"), columns, failures)
+        rows = (_order_row(work, order, say) for order in work.orders)
+        yield worded_table(say, "orders", "tttnnn", rows, note=say("orders_note"))
+    if failures := list(_failure_rows(work, say)):
+        yield worded_table(say, "failed_runs", "tttt", failures)
 
 
 def _words(templates: Path | None) -> Words:

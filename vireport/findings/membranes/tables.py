@@ -13,7 +13,7 @@ from vireport.findings.membranes.compliance import Compared, Compliance, Converg
 from vireport.findings.membranes.solvers import FIXED, RunOutcome, SolverRun
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import ABSENT, ROUGHLY, capital, factor_text, percent, quantity, rounded_text
-from vireport.text.tables import Table, numbers, texts
+from vireport.text.tables import Table, worded_table
 
 if TYPE_CHECKING:
     from vireport.text.templates import Words
@@ -49,13 +49,8 @@ def comparison_with_rigid(comparison: Compliance, templates: Path | None = None)
         return
     say = _words(templates)
     if comparison.quantities:
-        shifts = (say("head", name) for name in ("rigid", "compliant", "shift", "good", "fair"))
-        yield Table(
-            say("compared_caption"),
-            (*texts(say("head", "quantity")), *numbers(*shifts), *texts(say("head", "grade"))),
-            tuple(_compared_row(compared, say) for compared in comparison.quantities),
-            say("compared_note"),
-        )
+        rows = (_compared_row(compared, say) for compared in comparison.quantities)
+        yield worded_table(say, "compared", "tnnnnnt", rows, note=say("compared_note"))
     yield _ladder(comparison, say)
 
 
@@ -80,8 +75,7 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
     if not comparison.runs:
         return
     say, factors = _words(templates), sorted({run.factor for run in comparison.runs})
-    at = (say("head", "at", factor_text(factor)) for factor in factors)
-    columns = (*texts(say("head", "solver")), *numbers(say("head", "setting"), *at))
+    kinds, at = f"tn{'n' * len(factors)}", [factor_text(factor) for factor in factors]
     runs = {(run.solver, run.setting, run.factor): run for run in comparison.runs}
     ladder = dict.fromkeys((run.solver, run.setting) for run in comparison.runs)
 
@@ -91,9 +85,9 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
             for solver, setting in ladder
         )
 
-    yield Table(say("errors_caption"), columns, rows(_error), say("errors_note"))
+    yield worded_table(say, "errors", kinds, rows(_error), at, note=say("errors_note"))
     work = rows(lambda run: f"{run.evaluations} / {rounded_text(1e3 * run.seconds, ROUGHLY)}")
-    yield Table(say("times_caption"), columns, work, say("times_note"))
+    yield worded_table(say, "times", kinds, work, at, note=say("times_note"))
 
 
 def quantity_label(comparison: Compliance, convergence: Convergence) -> str:
@@ -140,9 +134,7 @@ def _ladder(comparison: Compliance, say: Words) -> Table:
     ]
     rows.append((say("exponent"), ABSENT, *(rounded_text(quantity.exponent) for quantity in comparison.convergence)))
     rows.append((say("expected"), ABSENT, *(rounded_text(-comparison.order) for _ in comparison.convergence)))
-    heads = [say("head", name) for name in ("factor", "contact", "velocity", "phase")]
-    columns = numbers(*heads, say("head", "critical", label))
-    return Table(say("distance_caption"), columns, tuple(rows), say("distance_note"))
+    return worded_table(say, "distance", "nnnnn", rows, label, note=say("distance_note"))
 
 
 def _error(run: SolverRun) -> str:

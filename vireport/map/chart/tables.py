@@ -9,8 +9,8 @@ from vireport.map.chart.meetings import Meeting
 from vireport.map.design import exactness_of
 from vireport.motions.events import Event
 from vireport.text.formatting import rounded_text
-from vireport.text.said import BETWEEN, Said, words_of
-from vireport.text.tables import Table, numbers, texts
+from vireport.text.said import Said, words_of
+from vireport.text.tables import Table, worded_table
 from vireport.text.templates import Words
 
 _said = words_of("chart")
@@ -28,8 +28,8 @@ def points_table(chart: Chart, templates: Path | None = None) -> Table:
         )
         for number, point in enumerate(chart.meetings, 1)
     )
-    columns = (*texts(*said("points_head").split(BETWEEN)), *numbers(*(varied.head for varied in chart.plane.inputs)))
-    return Table(said("points_caption"), columns, rows, said("points_note"))
+    inputs = [varied.head for varied in chart.plane.inputs]
+    return worded_table(said, "points", "tttnn", rows, inputs, note=said("points_note"))
 
 
 def name_of(point: Meeting) -> Said:
