@@ -148,8 +148,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
                 key = (alert.severity.rank, alert.code, capital(alert.severity), words(alert.title))
                 names.setdefault(key, []).append(name)
         rows = tuple((*key[1:], unmarked(self._listed(raising))) for key, raising in sorted(names.items()))
-        head = texts(*_said("alerts_heads").parts(self.templates))
-        return Table(self._say(_said("alerts")), head, rows) if rows else None
+        return worded_table(self.say, "alerts", "tttt", rows) if rows else None
 
     def _listed(self, names: Sequence[str]) -> str:
         return str(spoken(listed(names), self.templates))

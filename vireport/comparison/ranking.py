@@ -28,7 +28,8 @@ from vireport.study.study import Study
 from vireport.text.foreign import visible
 from vireport.text.formatting import ABSENT, percent, quantity, rounded_text
 from vireport.text.said import Said, spoken, words_of
-from vireport.text.tables import Table, numbers, texts
+from vireport.text.tables import Table, numbers, texts, worded_table
+from vireport.text.templates import Words
 
 _said = words_of("compare")
 
@@ -353,9 +354,8 @@ def margins_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Ta
     )
     if not rows:
         return None
-    heads = (f"{varied.quantity} {varied.symbol}" for varied in DesignInput)
-    columns = (*texts(_said("head_scenario").words(templates)), *numbers(*heads))
-    return Table(_said("margins").words(templates), columns, rows, _said("distances").words(templates))
+    say, heads = Words("compare", templates), [f"{varied.quantity} {varied.symbol}" for varied in DesignInput]
+    return worded_table(say, "margins", f"t{'n' * len(heads)}", rows, heads, note=say("distances"))
 
 
 def _ends(design: DesignPoint) -> Iterator[str | Said]:
