@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import re
-import secrets
 import stat
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -190,7 +189,7 @@ def write_new(path: Path, data: bytes) -> None:
 
 def write_whole(path: Path, data: bytes) -> None:
     """Write under a temporary name and rename: an interrupted run leaves the old file or the new one."""
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    temporary = path.with_name(f".{path.name}.{os.urandom(4).hex()}")
     try:
         with open(temporary, "xb") as file:
             file.write(data)
@@ -219,7 +218,7 @@ def writable(place: Path, advice: str = "") -> Iterator[None]:
 
 def _put(folder: Path, files: Mapping[str, bytes], stale: Iterable[str]) -> None:
     """Write all files into a folder of their own, take away what is there, and move them to where it was."""
-    staging = folder / f"{STAGING}{secrets.token_hex(4)}"
+    staging = folder / f"{STAGING}{os.urandom(4).hex()}"
     old = staging / "old"
     moved: list[tuple[Path, Path]] = []
 
