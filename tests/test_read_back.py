@@ -33,7 +33,8 @@ from vireport.scenario.loading import load
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse
-from vireport.text.templates import ROOTS, environment_of
+from vireport.text.folders import ROOTS
+from vireport.text.templates import environment_of
 
 WHOLE = "length swept, with everything"
 RUNS = [WHOLE, *(name for name in OPENED if name not in LONG and name != WHOLE)]

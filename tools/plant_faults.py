@@ -10,8 +10,8 @@ keeps them for the next run. With --check no test runs: it tells only which faul
 file. Nothing in the working tree is changed, but for `benchmarks/results/faults.json` with --record: the counts for
 docs/accuracy.md.
 
-Tests run in a fork of a process that has solved the scenarios of the pages that are read back. What a fault in code can
-have changed is imported anew; a template is read anew by each report.
+Tests run in a fork of a process that has solved the scenarios of the pages that are read back. What a fault in code or
+in a file of patterns can have changed is imported anew; a template is read anew by each report.
 """
 
 from __future__ import annotations
@@ -240,7 +240,7 @@ def plant(fault: tuple[str, str, str, bool, str]) -> Told:
     """What becomes of a fault in the copy of this process."""
     file, old, new, whole, kept = fault
     path, told = Path(file), SURVIVED
-    text, anew = path.read_text(encoding="utf-8"), path.suffix == ".py"
+    text, anew = path.read_text(encoding="utf-8"), path.suffix in (".py", ".json")
     by = callers(file, text, old, known_calls(kept))
     sums = list(accumulate(called.seconds for called in by))
     first = [called.test for called, total in zip(by, sums, strict=True) if total <= ENOUGH]

@@ -261,7 +261,7 @@ def test_a_margin_can_be_required_to_hold_with_them(example) -> None:
     ):
         required = {"requirements": {"margin_with_effects_percent": least}}
         (line,) = analyse(load(example("inclined"), mass | changes | required), ()).criteria
-        assert (line.passed, line.outcome.why) == (passed, f"with {worst}")
+        assert (line.passed, str(line.outcome.why)) == (passed, f"with {worst}")
 
 
 def test_a_run_has_them_and_says_why_not(example) -> None:

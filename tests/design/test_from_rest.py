@@ -196,7 +196,7 @@ def test_a_stable_motion_that_only_starts_find_is_solved_for_and_followed() -> N
     assert data["found_by_starts"][0]["velocity"] == motion.motion.velocity.tolist()
     start = Impact(BOTTOM, float(motion.motion.velocity[0]), float(motion.motion.phase[0]) + 1e-3)
     assert attractors(groups, [start])[0][0].name == motion.name
-    assert any("Some starts in flight come to B every 2 forcing periods" in alert.cause for alert in study.alerts)
+    assert any("Some starts in flight come to B every 2 forcing periods" in str(alert.cause) for alert in study.alerts)
 
 
 @pytest.mark.slow

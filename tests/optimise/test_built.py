@@ -23,7 +23,7 @@ from vireport.scenario.loading import load, loads
 from vireport.study.judging.verdict import Status
 from vireport.study.provenance import provenance_of
 from vireport.study.reading import read_record
-from vireport.text.templates import TEMPLATES
+from vireport.text.folders import TEMPLATES
 
 LENGTH = "{path: device.length_m, from: 0.4, to: 1.0}"
 

@@ -57,7 +57,7 @@ def test_junit_is_read_by_a_parser() -> None:
         if not criterion.passed:
             (failure,) = case.result
             assert isinstance(failure, Failure)
-            assert criterion.outcome.text in failure.message
+            assert str(criterion.outcome.text) in failure.message
             assert failure.type == criterion.key
 
 

@@ -25,8 +25,8 @@ from vireport.report.tables import RunTables
 from vireport.scenario.loading import load, loads
 from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.study import Study, analyse
+from vireport.text.folders import TEMPLATES
 from vireport.text.formatting import MINUS
-from vireport.text.templates import TEMPLATES
 
 ROOT = TEMPLATES.parent
 NAMES = first(1, ("inclined", "design-point", "horizontal", "inclined-forcing"))

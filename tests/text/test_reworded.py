@@ -29,7 +29,9 @@ from vireport.study.checks.paper import (
     PrintedPhase,
     PrintedQuantity,
 )
-from vireport.text.templates import TEMPLATES, Words
+from vireport.text.folders import TEMPLATES
+from vireport.text.requirements import Remark
+from vireport.text.templates import Words
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ci" / "failing.yaml"
 
@@ -186,6 +188,84 @@ def test_words_that_fail_are_named_with_their_line_and_nothing_is_written(
     assert main(["run", str(EXAMPLE), "--templates", str(tmp_path), "-o", str(out), "--format", "html"]) == 3
     assert capsys.readouterr().err.startswith(f"vireport: error: {message}")
     assert not out.exists()
+
+
+PATTERNS = {
+    "alerts": {"VR005.title": "Close to its end", "VR005.remedy": "Leave more room.", "cause": "{sentences:; }"},
+    "requirements": {
+        "deflection_at_most_m": "Dent",
+        "end": "at {place} there is {event}",
+        "some_are_not_met": "{count} of {total} missed: {unmet: and }",
+    },
+}
+
+
+def with_patterns(folder: Path, **files: object) -> Path:
+    """A folder of words with patterns."""
+    (folder / "words").mkdir(parents=True)
+    for name, patterns in files.items():
+        text = patterns if isinstance(patterns, str) else json.dumps(patterns)
+        (folder / "words" / f"{name}.json").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.slow
+def test_requirements_and_alerts_are_reworded_but_for_data(tmp_path: Path, capsys) -> None:
+    folder, out = with_patterns(tmp_path / "own", **PATTERNS), tmp_path / "out"
+    formats = ["--format", "html,markdown,json,github", "-o", str(out)]
+    assert main(["run", str(EXAMPLE), "--templates", str(folder), *formats]) == 1
+    said = capsys.readouterr()
+    assert "; Dent.\n" in said.err
+    page, summary = Page((out / "report.html").read_bytes()).text, (out / "summary.md").read_text()
+    for text in (page, summary.replace("*", "")):
+        text = text.replace("\u00a0", " ")
+        assert "Requirements not met, 4 of 9: " in text
+        assert "; Dent." in text
+        assert "At f = 1.98 Hz there is period doubling B1" in text
+        assert "VR005: Close to its end." in text
+        assert "Leave more room." in text
+    data = json.loads((out / "results.json").read_text())
+    assert data["alerts"][0]["title"] == "The design point is near the end of stable motion"
+    whys = [line["why"] for line in data["requirements"]["criteria"]]
+    assert whys.count("period doubling B1 at frequency_hz = 1.98") == 2
+    assert main(["run", str(EXAMPLE), "--templates", str(folder), "--format", "markdown", "-o", str(out), "-q"]) == 1
+    assert "4 of 9 missed: Stable 1:1 motion over the inclinations (from 40 to 50 deg) and " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("patterns", "message"),
+    [
+        ({"dent": "Dent"}, "dent: is the name of no pattern"),
+        ({"end": "at {place}"}, "end: must be a text whose places are: {event}, {place}"),
+        ({"end": "at {place} {event} {again}"}, "end: must be a text whose places are: {event}, {place}"),
+        ({"no_end": 3}, "no_end: must be a text whose places are: none"),
+        ({"no_end": "}"}, "no_end: Single '}' encountered in format string"),
+        ({"end": "{event:given} at {place}"}, "end: Invalid format specifier 'given'"),
+        ('{\n"end": "a",\n}', "Expecting property name enclosed in double quotes: line 3 column 1"),
+        ("[]", "is not an object that has a pattern by each name"),
+    ],
+)
+def test_patterns_that_fail_are_named(patterns: object, message: str, tmp_path: Path) -> None:
+    folder = with_patterns(tmp_path, requirements=patterns)
+    said = Remark.END.said(event="grazing", place="here")
+    with pytest.raises(RenderError) as refused:
+        said.words(folder)
+    assert str(refused.value).startswith("words/requirements.json: " + message)
+    assert str(said) == "grazing at here"
+
+
+def test_a_pattern_that_fails_leaves_no_report(tmp_path: Path, capsys) -> None:
+    folder, out = with_patterns(tmp_path / "own", alerts={"VR005.titel": "Near"}), tmp_path / "out"
+    assert main(["run", str(EXAMPLE), "--templates", str(folder), "-o", str(out), "--format", "markdown"]) == 3
+    assert "error: words/alerts.json: VR005.titel: is the name of no pattern" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_changed_patterns_are_read_again(tmp_path: Path) -> None:
+    folder, said = with_patterns(tmp_path, requirements={"no_end": "never"}), Remark.NO_END.said()
+    assert said.words(folder) == "never"
+    (folder / "words" / "requirements.json").write_text("{}")
+    assert said.words(folder) == "none in any input"
 
 
 def test_a_macro_that_is_not_there_is_named() -> None:

@@ -46,8 +46,9 @@ from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.opening import opening_of
 from vireport.study.judging.verdict import Conclusion, verdict_of
 from vireport.study.plan import Addition, Task
+from vireport.text.folders import ROOTS, TEMPLATES
 from vireport.text.formatting import OF_A_MODEL, ROUGHLY, rounded_text
-from vireport.text.templates import ROOTS, TEMPLATES, Words, environment_of
+from vireport.text.templates import Words, environment_of
 
 TAKEN_OVER = {
     "device__capsule_mass_kg": 0.17773325,

@@ -31,7 +31,8 @@ from vireport.bench.jobs import Aside, Asked, Worker
 from vireport.bench.session import MODULES, NAME, Opened, first, job_of, refusal, require_new, save, start_data
 from vireport.scenario.loading import load
 from vireport.scenario.writing import names_records
-from vireport.text.templates import TEMPLATES, environment_of
+from vireport.text.folders import TEMPLATES
+from vireport.text.templates import environment_of
 
 HOST = "127.0.0.1"
 

@@ -16,7 +16,7 @@ from vireport.base.errors import VireportError
 from vireport.bench.jobs import Aside, Asked, Worker
 from vireport.bench.session import MODULES, Opened, first, job_of, loaded_of, refusal, start_data
 from vireport.scenario.loading import Loaded
-from vireport.text.templates import TEMPLATES
+from vireport.text.folders import TEMPLATES
 
 
 def _read(*names: str) -> str:

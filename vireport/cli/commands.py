@@ -218,7 +218,7 @@ def check(
         )
         return
     width = max(len(step) for step, runs, *_ in rows if runs)
-    lines = [f"{name}: valid {kind}", *(alert.text for alert in alerts)]
+    lines = [f"{name}: valid {kind}", *(alert.words() for alert in alerts)]
     lines += [f"run  {step:<{width}}  {what} ({why})" for step, runs, what, why in rows if runs]
     deliver(CommandOutcome(text="\n".join([*lines, *left_out, ""])), quiet=quiet)
 

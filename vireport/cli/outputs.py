@@ -138,7 +138,7 @@ def run_outcome(loaded: Loaded, command: str, pages: RunPages, before: BeforeRun
         from vireport.report.ci_formats import github
 
         printed = github(study)
-    doubts = (alert.text for alert in study.alerts if alert.code in DOUBTFUL_INPUTS)
+    doubts = (alert.words(templates) for alert in study.alerts if alert.code in DOUBTFUL_INPUTS)
     summary, changes = "\n".join([*study.opening.worded(templates).lines, *doubts]), None
     if before.baseline is not None:
         from vireport.report.changes.baseline import diff
@@ -150,7 +150,7 @@ def run_outcome(loaded: Loaded, command: str, pages: RunPages, before: BeforeRun
             changes_table(changed, templates=templates),
         )
     files = run_files(study, command, pages, say, BeyondStudy(changes))
-    outcome = _judged(study, printed, _printed(study), files, summary)
+    outcome = _judged(study, printed, _printed(study), files, summary, templates)
     others = [task for task in NAMES if task not in formats]
     return replace(
         _again(outcome, study, before.earlier, templates), stale=file_names(formats), other_files=file_names(others)
@@ -229,10 +229,16 @@ def _data_files(study: Study, provenance: Provenance) -> dict[str, bytes]:
 
 
 def _judged(
-    study: Study, printed: str | bytes, text: str = "", files: dict[str, bytes] | None = None, summary: str = ""
+    study: Study,
+    printed: str | bytes,
+    text: str = "",
+    files: dict[str, bytes] | None = None,
+    summary: str = "",
+    templates: Path | None = None,
 ) -> CommandOutcome:
     """The outcome of a study, with the exit code that what its scenario requires makes it."""
-    failure = unmet(study.criteria)
+    missed = unmet(study.criteria)
+    failure = "" if missed is None else missed.words(templates)
     return CommandOutcome(printed, text, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
 
 

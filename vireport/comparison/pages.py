@@ -145,7 +145,12 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         names: dict[tuple[int, str, str, str], list[str]] = {}
         for name, study in self.comparison.by_name.items():
             for alert in study.alerts:
-                key = (alert.severity.rank, alert.code, capital(alert.severity), words(alert.title))
+                key = (
+                    alert.severity.rank,
+                    alert.code,
+                    capital(alert.severity),
+                    words(alert.title.words(self.templates)),
+                )
                 names.setdefault(key, []).append(name)
         rows = tuple((*key[1:], unmarked(self._listed(raising))) for key, raising in sorted(names.items()))
         return worded_table(self.say, "alerts", "tttt", rows) if rows else None

@@ -204,7 +204,7 @@ def _text(
     opening: Opening, doubts: tuple[Alert, ...], parts: Iterable[str | Table], templates: Path | None = None
 ) -> str:
     """What a terminal says: the opening, in full what may be wrong with what was given, and tables where asked for."""
-    answer = "\n".join([*opening.worded(templates).lines, *(alert.text for alert in doubts)])
+    answer = "\n".join([*opening.worded(templates).lines, *(alert.words(templates) for alert in doubts)])
     return "\n\n".join([answer, *filter(None, [plain_text(parts)])]) + "\n"
 
 

@@ -231,7 +231,7 @@ def text(result: SearchResult, study: Study | None, templates: Path | None = Non
     said = opening(result, study).worded(templates).lines
     if not tables:
         return "\n".join([*said, ""])
-    alerts = [named_alerts(study.alerts)] if study is not None and study.alerts else []
+    alerts = [named_alerts(study.alerts, templates)] if study is not None and study.alerts else []
     return "\n".join([*said, "", plain_text([*_parts(result, Words(FILE, templates)), *alerts]), ""])
 
 

@@ -43,7 +43,7 @@ def junit(study: Study, templates: Path | None = None) -> bytes:
         element = ElementTree.SubElement(suite, "testcase", case)
         if not criterion.passed:
             message = {"message": _xml(f"{title}: {outcome.text}, required {limit}"), "type": criterion.key}
-            ElementTree.SubElement(element, "failure", message).text = _xml(outcome.why)
+            ElementTree.SubElement(element, "failure", message).text = _xml(str(outcome.why))
     ElementTree.SubElement(suite, "system-out").text = _xml("\n".join(study.opening.worded(templates).text))
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, "utf-8", xml_declaration=True)) + b"\n"
@@ -60,7 +60,7 @@ def github(study: Study) -> str:
     for criterion in unmet_criteria(study.criteria):
         why = f": {criterion.outcome.why}" if criterion.outcome.why else ""
         message = f"{criterion.outcome.text}, required {criterion.limit.text}{why}"
-        lines.append(_annotation("error", _place(study, criterion.line), criterion.title, message))
+        lines.append(_annotation("error", _place(study, criterion.line), str(criterion.title), message))
     lines += [
         _annotation(alert.severity, _place(study, None), f"{alert.code} {alert.title}", f"{alert.cause} {alert.remedy}")
         for alert in study.alerts

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vireport.base.errors import RenderError
-from vireport.text.templates import TEMPLATES
+from vireport.text.folders import TEMPLATES
 
 if TYPE_CHECKING:
     import typst

@@ -20,7 +20,6 @@ from vireport.report.motions import motion_tables
 from vireport.report.voltages import voltage_tables
 from vireport.scenario.blocks import UNIT_OF_SWEPT, inputs, set_in_type
 from vireport.scenario.parameters import LARGEST, SMALLEST, DesignInput
-from vireport.study.judging.evidence import Judgement
 from vireport.study.study import Study
 from vireport.text.foreign import unmarked
 from vireport.text.formatting import (
@@ -35,6 +34,8 @@ from vireport.text.formatting import (
     words,
     written,
 )
+from vireport.text.patterns import Phrase
+from vireport.text.said import spoken
 from vireport.text.tables import Table, worded_table
 from vireport.text.templates import Words
 
@@ -221,21 +222,17 @@ class RunTables(Struct, frozen=True, eq=False):
         """What the scenario requires, and whether it is met."""
         say, rows, name = self._say, [], unmarked(PurePath(self.study.loaded.document.name).name)
         for x in self.study.criteria:
-            numbers = (words(text) for text in (x.limit.text, x.outcome.text, x.margin_text or ABSENT))
-            title, met = f"[{words(x.title)}]{{#requirement-{x.key}}}", say("met" if x.passed else "not_met")
+            numbers = map(self._set, (x.limit.text, x.outcome.text, x.margin_text or ABSENT))
+            title, met = f"[{self._set(x.title)}]{{#requirement-{x.key}}}", say("met" if x.passed else "not_met")
             rows.append((title, met, *numbers, say("stated", x, name)))
         return worded_table(say, "requirements", "tttttt", rows, note=say("requirements_note"))
 
     def remarks(self) -> Table:
         """Where the values come from that requirements are held against."""
         explained = (x for x in self.study.criteria if x.outcome.why)
-        rows = [(f"[{words(x.title)}](requirement-{x.key})", _remark(x.outcome)) for x in explained]
+        rows = [(f"[{self._set(x.title)}](requirement-{x.key})", capital(self._set(x.outcome.why))) for x in explained]
         return worded_table(self._say, "remarks", "tt", rows)
 
-
-def _remark(outcome: Judgement) -> str:
-    """Where a value comes from; an input there has its symbol and, behind the number, its unit."""
-    if outcome.varied is None:
-        return words(capital(outcome.why))
-    before, _, after = outcome.why.partition(outcome.varied)
-    return f"{words(capital(before))}{outcome.varied.marked}{words(outcome.varied.with_unit(after))}"
+    def _set(self, text: str | Phrase) -> str:
+        """A text of what is judged, typeset."""
+        return words(spoken(text, self.templates))

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from vireport.study.result_records import AddedBlocks, DisturbancesData
     from vireport.study.study import Study
     from vireport.text.alerts import AlertCode, Sentence
+    from vireport.text.patterns import Phrase
 
 Result = TypeVar("Result")
 
@@ -91,7 +92,7 @@ class AddedFinding(Generic[Result]):
         """What can be required of it: a row for each of its keys in the block `requirements`."""
         return ()
 
-    def share_of_starts(self, result: Result, evidence: Evidence) -> str | None:
+    def share_of_starts(self, result: Result, evidence: Evidence) -> Phrase | None:
         """How many starts come to a motion of a word that is required, in words; None where it does not know."""
         return None
 

@@ -12,6 +12,7 @@ from typing import Any
 from msgspec import Struct
 
 from vireport.base.records import brief
+from vireport.text.patterns import Phrase
 
 BETWEEN = " | "
 """What stands between the parts of a text in its macro: of a tile, or of the head of a table."""
@@ -20,7 +21,7 @@ BETWEEN = " | "
 class Said(Struct, frozen=True):
     """Something to be said: a macro of a file of words, and its arguments.
 
-    A `Said` among the arguments is said first, also one in a list.
+    A `Said` or a `Phrase` among the arguments is said first, also one in a list.
     """
 
     macro: str
@@ -52,10 +53,10 @@ class Said(Struct, frozen=True):
 
 
 def spoken(value: Any, templates: Path | None = None) -> Any:
-    """A `Said` as text, also one in a list; all else as it is."""
+    """A `Said` or a `Phrase` as text, also one in a list; all else as it is."""
     if isinstance(value, list):
         return [spoken(item, templates) for item in value]
-    return value.words(templates) if isinstance(value, Said) else value
+    return value.words(templates) if isinstance(value, Said | Phrase) else value
 
 
 def words_of(file: str) -> Callable[..., Said]:

@@ -27,8 +27,8 @@ from jinja2 import (
 )
 from jinja2.bccache import Bucket
 
-from vireport.base.additions import ADDITIONS
 from vireport.base.errors import RenderError
+from vireport.text.folders import ROOTS
 from vireport.text.formatting import (
     OF_A_MODEL,
     ROUGHLY,
@@ -44,13 +44,7 @@ from vireport.text.formatting import (
     stated_text,
     words,
 )
-
-_PACKAGE = Path(__file__).resolve().parent.parent
-TEMPLATES = _PACKAGE / "templates" if (_PACKAGE / "templates").is_dir() else _PACKAGE.parent / "templates"
-"""Our own templates: inside an installed package, or at the root of a checkout."""
-
-ROOTS = TEMPLATES, *(_PACKAGE.joinpath(*row.packages[0].split("."), "templates") for row in ADDITIONS.values())
-"""Folders of our templates: those of an addition stand in its package."""
+from vireport.text.patterns import Phrase
 
 FILTERS: dict[str, Callable[..., Any]] = {
     "apart": apart,
@@ -63,7 +57,6 @@ FILTERS: dict[str, Callable[..., Any]] = {
     "quantity": quantity,
     "shown": rounded_text,
     "span": lambda ends, error=OF_A_MODEL, power=0: span(ends[0], ends[1], error, power),
-    "words": words,
 }
 """What templates make text of numbers with."""
 
@@ -116,11 +109,14 @@ def environment_of(
         As Jinja has it.
     """
 
+    def phrased(value: Any) -> Any:
+        return value.words(templates) if isinstance(value, Phrase) else value
+
     # Given the context, it is called when a template is filled, also for what is constant: compiled templates then
     # depend on none of our code.
     @pass_context
     def written(_: Any, value: Any) -> str:
-        return finalize(value)
+        return finalize(phrased(value))
 
     read_as: dict[str, Any] = {
         "keep_trailing_newline": keep_trailing_newline,
@@ -138,7 +134,7 @@ def environment_of(
         bytecode_cache=compiled,
         **read_as,
     )
-    environment.filters |= FILTERS
+    environment.filters |= FILTERS | {"words": lambda text: words(phrased(text))}
     environment.globals["roughly"] = ROUGHLY
     return environment
 

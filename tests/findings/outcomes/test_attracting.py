@@ -210,4 +210,4 @@ def test_a_shock_that_must_be_survived_is_that_of_the_motions_whose_words_are_re
         assert shock.passed is passed
         assert shock.outcome.value == min(each.shock.jump * unit for each in own)
         told = "so do" if all(each.from_rest for each in own) or len(own) == 2 else f"to {words[0]} come"
-        assert f"{told} {100 * sum(each.share for each in own):.0f} % of 2000 random starts" in word.outcome.why
+        assert f"{told} {100 * sum(each.share for each in own):.0f} % of 2000 random starts" in str(word.outcome.why)

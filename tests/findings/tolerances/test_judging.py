@@ -14,8 +14,9 @@ from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.opening import opening_of
 from vireport.study.judging.requirements import assess
 from vireport.study.judging.verdict import Weight, verdict_of
+from vireport.text.folders import ROOTS
 from vireport.text.said import Said
-from vireport.text.templates import ROOTS, Words
+from vireport.text.templates import Words
 
 
 def tolerances(proved: bool, worst: object = None, provable: bool = True, stable: int = 48) -> SimpleNamespace:

@@ -161,7 +161,7 @@ def test_where_starts_end_that_do_not_reach_the_motion(example) -> None:
     assert (study.verdict.reached.status, study.verdict.reached.data) == (Status.CAUTION, check)
     said = Words("opening")("starts_reach_it", check)
     assert said == f"{check.arrivals} of {check.trials} random starts come to this motion."
-    assert any("B~ every" in alert.cause for alert in study.alerts if alert.code == "VR021")
+    assert any("B~ every" in str(alert.cause) for alert in study.alerts if alert.code == "VR021")
 
 
 def test_without_a_simulation_and_a_design_point_stability_is_called_local() -> None:

@@ -46,7 +46,7 @@ def fact(verdict: Verdict, question: Question):
 
 def cause(code: str, evidence: Evidence) -> str:
     known = next(known for known in CATALOGUE if known.code == code)
-    return known.worded(CAUSES[known.code](evidence))
+    return str(known.cause(CAUSES[known.code](evidence)))
 
 
 def check(**given: object) -> SimpleNamespace:

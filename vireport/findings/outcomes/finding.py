@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import DisturbancesData
     from vireport.study.study import Study
+    from vireport.text.patterns import Phrase
 
 BLOCK = "disturbances"
 """The block of a scenario that asks for it; its keys in results.json and its words have the same name."""
@@ -103,10 +104,10 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.findings.outcomes.judging import judged_jitter, judged_shock
         from vireport.study.judging.requirements import OfRun, Requirement
 
-        yield Requirement("survives_shock_m_s", "Shock that is survived", BUMPS, OfRun(judged_shock, dear=True))
-        yield Requirement("phase_jitter_at_most_deg", "Spread of the phases", KICKS, OfRun(judged_jitter, dear=True))
+        yield Requirement("survives_shock_m_s", BUMPS, OfRun(judged_shock, dear=True), BLOCK)
+        yield Requirement("phase_jitter_at_most_deg", KICKS, OfRun(judged_jitter, dear=True), BLOCK)
 
-    def share_of_starts(self, outcomes: Outcomes, evidence: Evidence) -> str | None:
+    def share_of_starts(self, outcomes: Outcomes, evidence: Evidence) -> Phrase | None:
         """How many random starts come to a motion of a word that is required."""
         from vireport.findings.outcomes.judging import share_of_starts
 

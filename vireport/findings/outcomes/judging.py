@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+from enum import auto
 from typing import TYPE_CHECKING
 
 from vireport.base.errors import NumericalError
 from vireport.findings.outcomes.outcomes import Outcomes
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
 from vireport.text.formatting import percent
-from vireport.text.patterns import Pattern
+from vireport.text.patterns import Pattern, Phrase
 from vireport.text.requirements import Remark
 
 if TYPE_CHECKING:
     from vireport.findings.outcomes.attracting import AttractingMotion, AttractingMotions
 
 
-class ShockRemark(Pattern):
+class ShockRemark(Pattern, file="disturbances"):
     """Where a value comes from, and why a requirement is not met."""
 
-    NO_MOTION = "no stable motion of a word that is required is known at the design point"
-    UNDECIDED = "not decided: {reason}"
-    TRIED = "by {count} shocks tried: evidence, not proof"
-    NONE_LEADS_OUT = "none leads out up to there, by {count} shocks tried: evidence, not proof"
-    STARTS = "{share} of {total} random starts"
+    NO_MOTION = auto()
+    UNDECIDED = auto()
+    TRIED = auto()
+    NONE_LEADS_OUT = auto()
+    STARTS = auto()
 
 
 def outcomes_of(evidence: Evidence) -> Outcomes:
@@ -38,35 +39,35 @@ def judged_shock(evidence: Evidence, limit: Limit) -> Judgement:
     if evidence.allowed and attracting is not None:
         withstood = attracting.withstood(allowed_motions(evidence, attracting))
         if withstood is None:
-            raise NumericalError(ShockRemark.NO_MOTION)
+            raise NumericalError(ShockRemark.NO_MOTION.said())
     if withstood is None:
-        raise NumericalError(Remark.NOT_STABLE)
+        raise NumericalError(Remark.NOT_STABLE.said())
     if withstood.searched_to_m_s is None or withstood.shock is None:
-        raise NumericalError(ShockRemark.UNDECIDED.worded(reason=withstood.shock_unknown))
+        raise NumericalError(ShockRemark.UNDECIDED.said(reason=withstood.shock_unknown))
     # Where nothing leads out, all that may be claimed is what was tried.
     tried = withstood.shock.tried
     if withstood.jump_m_s is not None:
-        return held_against(withstood.jump_m_s, limit, ShockRemark.TRIED.worded(count=tried))
-    return held_against(withstood.searched_to_m_s, limit, ShockRemark.NONE_LEADS_OUT.worded(count=tried))
+        return held_against(withstood.jump_m_s, limit, ShockRemark.TRIED.said(count=tried))
+    return held_against(withstood.searched_to_m_s, limit, ShockRemark.NONE_LEADS_OUT.said(count=tried))
 
 
 def judged_jitter(evidence: Evidence, limit: Limit) -> Judgement:
     """The largest spread of the phase of an impact under the kicks that are given."""
     withstood = outcomes_of(evidence).withstood
     if withstood is None:
-        raise NumericalError(Remark.NOT_STABLE)
+        raise NumericalError(Remark.NOT_STABLE.said())
     if withstood.phase_deg is None or withstood.spread is None:
-        raise NumericalError(ShockRemark.UNDECIDED.worded(reason=withstood.jitter_unknown))
+        raise NumericalError(ShockRemark.UNDECIDED.said(reason=withstood.jitter_unknown))
     # What linear theory neglects counts as an error bound: nearer than that to the limit nothing is decided.
     return held_against(withstood.phase_deg, limit, bound=withstood.spread.error * withstood.phase_deg)
 
 
-def share_of_starts(evidence: Evidence, attracting: AttractingMotions) -> str | None:
+def share_of_starts(evidence: Evidence, attracting: AttractingMotions) -> Phrase | None:
     """How many random starts come to a motion of a word that is required; None where that cannot be told."""
     if attracting.others is None:
         return None
     shares = [motion.share or 0.0 for motion in allowed_motions(evidence, attracting)]
-    return ShockRemark.STARTS.worded(share=percent(sum(shares)), total=attracting.starts)
+    return ShockRemark.STARTS.said(share=percent(sum(shares)), total=attracting.starts)
 
 
 def allowed_motions(evidence: Evidence, attracting: AttractingMotions) -> list[AttractingMotion]:

@@ -59,7 +59,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         from vireport.study.judging.requirements import OfRun, Requirement
 
         quantity = OfRun(judged_yield, may_yield)
-        yield Requirement("yield_at_least_percent", "Yield within the tolerances", QUESTION, quantity)
+        yield Requirement("yield_at_least_percent", QUESTION, quantity, self.name)
 
     def answers(self, tolerances: Tolerances, evidence: Evidence) -> Iterator[AddedAnswer[Tolerances]]:
         """Good where every device is proved to work; a required yield stands for what is held against it else."""

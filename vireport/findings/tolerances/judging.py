@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import auto
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,12 +20,12 @@ if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
 
 
-class YieldRemark(Pattern):
+class YieldRemark(Pattern, file="tolerances"):
     """Where a value comes from, and why the requirement is not met."""
 
-    NO_TOLERANCES = "there are no tolerances"
-    PROVED = "every device within the tolerances is proved to have stable motion"
-    COUNTED = "{count} of {total} random devices have stable motion"
+    NO_TOLERANCES = auto()
+    PROVED = auto()
+    COUNTED = auto()
 
 
 Mask = NDArray[np.bool_]
@@ -39,13 +40,13 @@ AT_ONCE = 2048
 def judged_yield(results: Evidence, limit: Limit) -> Judgement:
     """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
     if "tolerances" not in results.findings:
-        raise NumericalError(YieldRemark.NO_TOLERANCES)
+        raise NumericalError(YieldRemark.NO_TOLERANCES.said())
     tolerances: Tolerances = results.findings["tolerances"]
     if tolerances.proved:
-        return held_against(100.0, limit, YieldRemark.PROVED)
+        return held_against(100.0, limit, YieldRemark.PROVED.said())
     sampled = tolerances.sampled
     share = 100 * sampled.stable / sampled.samples
-    counted = YieldRemark.COUNTED.worded(count=sampled.stable, total=sampled.samples)
+    counted = YieldRemark.COUNTED.said(count=sampled.stable, total=sampled.samples)
     return held_against(share, limit, counted, share - 100 * sampled.low)
 
 

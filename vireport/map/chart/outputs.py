@@ -77,7 +77,7 @@ def markdown(chart: Chart, templates: Path | None = None) -> str:
 def _parts(chart: Chart, templates: Path | None) -> Iterator[str | Table]:
     """The alerts, what was found and what was not, and the points of codimension two."""
     if alerts := alerts_of(chart.design):
-        yield named_alerts(alerts)
+        yield named_alerts(alerts, templates)
     yield Words("chart", templates)("summary", chart)
     if chart.meetings:
         yield points_table(chart, templates)

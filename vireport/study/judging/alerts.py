@@ -1,18 +1,18 @@
 """Alerts that results raise: what a reader must know before acting on the numbers.
 
-`CAUSES` has for each alert of the catalogue (`vireport.text.alerts`), where all its words are, the function that finds
-its cause in the results, as numbers.
+`CAUSES` has for each alert of the catalogue (`vireport.text.alerts`) the function that finds its cause in the results,
+as numbers; its words are in `words/alerts.json`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from math import log10
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import asdict
 
 from vireport.base.records import plain
 from vireport.design.sensitivity import input_error, mass_elasticity, restitution_effect
@@ -36,6 +36,7 @@ from vireport.study.judging.stretch import (
 from vireport.study.result_records import AlertData
 from vireport.text.alerts import CATALOGUE, AlertCode, Explanation, Sentence, Severity
 from vireport.text.formatting import Exactness, percent
+from vireport.text.patterns import Phrase
 
 if TYPE_CHECKING:
     from vireport.design.followed import FollowedMotion
@@ -91,14 +92,13 @@ class Alert(Struct, frozen=True, eq=False):
 
     code: AlertCode
     severity: Severity
-    title: str
-    cause: str
-    remedy: str
+    title: Phrase
+    cause: Phrase
+    remedy: Phrase
 
-    @property
-    def text(self) -> str:
+    def words(self, templates: Path | None = None) -> str:
         """What a terminal says of it."""
-        return f"{self.code}: {self.cause} {self.remedy}"
+        return f"{self.code}: {self.cause.words(templates)} {self.remedy.words(templates)}"
 
     def __repr__(self) -> str:
         return f"<Alert {self.code}, {self.severity}: {self.title}>"
@@ -106,11 +106,17 @@ class Alert(Struct, frozen=True, eq=False):
     @property
     def data(self) -> AlertData:
         """The alert as results.json has it."""
-        return AlertData(**asdict(self))
+        return AlertData(
+            code=self.code,
+            severity=self.severity,
+            title=str(self.title),
+            cause=str(self.cause),
+            remedy=str(self.remedy),
+        )
 
     def to_dict(self) -> dict[str, str]:
         """The alert as results.json has it, as plain data."""
-        data: dict[str, str] = plain(self)
+        data: dict[str, str] = plain(self.data)
         return data
 
 
@@ -498,9 +504,9 @@ def alerts(evidence: Evidence) -> tuple[Alert, ...]:
     return tuple(sorted(raised, key=lambda alert: (alert.severity.rank, alert.code)))
 
 
-def named_alerts(raised: Iterable[Alert]) -> str:
+def named_alerts(raised: Iterable[Alert], templates: Path | None = None) -> str:
     """Alerts by their codes and titles, for a terminal."""
-    return f"Alerts: {'; '.join(f'{alert.code} {alert.title}' for alert in raised)}."
+    return f"Alerts: {'; '.join(f'{alert.code} {alert.title.words(templates)}' for alert in raised)}."
 
 
 def input_alerts(scenario: Scenario) -> tuple[Alert, ...]:
@@ -522,4 +528,4 @@ def _alone(code: AlertCode, sentences: Iterable[Sentence]) -> tuple[Alert, ...]:
 
 
 def _raised(entry: Explanation, sentences: tuple[Sentence, ...]) -> Alert:
-    return Alert(entry.code, entry.severity_of(sentences), entry.title, entry.worded(sentences), entry.remedy)
+    return Alert(entry.code, entry.severity_of(sentences), entry.title, entry.cause(sentences), entry.remedy)

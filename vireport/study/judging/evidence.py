@@ -21,9 +21,10 @@ from vireport.physics.groups import by_wall
 from vireport.physics.word import Word
 from vireport.scenario.blocks import RequirementsBlock
 from vireport.scenario.demands import LimitKind
-from vireport.scenario.parameters import Parameter, ScalarInput
+from vireport.scenario.parameters import Parameter
 from vireport.study.result_records import CriterionData
 from vireport.text.formatting import OF_A_MODEL, Exactness, apart, rounded_text
+from vireport.text.patterns import Phrase
 from vireport.text.requirements import Question, Remark
 
 if TYPE_CHECKING:
@@ -81,27 +82,24 @@ class Judgement(Struct, frozen=True, eq=False):
     ----------
     value : float or None
         None where there is none, or what is required is not known. Of a range, how much of it is covered.
-    text : str
+    text : str or Phrase
         The value, with its unit, or what there is instead.
     margin : float or None
         How far the value is on the right side of the limit, in the limit's unit, negative on the wrong one; of a
         range, how far stable motion goes beyond it.
     passed : bool
-    why : str
-        Where the value comes from, or why the requirement is not met; an input in it is its key.
+    why : str or Phrase
+        Where the value comes from, or why the requirement is not met; "" where nothing is to be said.
     error_bound : float
         Of the value, and so of the margin; a requirement that it leaves undecided is not met.
-    varied : ScalarInput or None
-        The input in `why`, if there is one.
     """
 
     value: float | None
-    text: str
+    text: str | Phrase
     margin: float | None
     passed: bool
-    why: str = ""
+    why: str | Phrase = ""
     error_bound: float = 0.0
-    varied: ScalarInput | None = None
 
 
 class Criterion(Struct, frozen=True, eq=False):
@@ -112,7 +110,7 @@ class Criterion(Struct, frozen=True, eq=False):
     """
 
     key: str
-    title: str
+    title: Phrase
     question: str
     limit: Limit
     outcome: Judgement
@@ -151,16 +149,16 @@ class Criterion(Struct, frozen=True, eq=False):
         limit, outcome = self.limit, self.outcome
         return CriterionData(
             key=self.key,
-            title=self.title,
+            title=str(self.title),
             limit=limit.text,
             limit_value=limit.value if limit.numbers else None,
             unit=limit.unit,
             by_default=limit.usual,
             value=outcome.value,
-            value_text=outcome.text,
+            value_text=str(outcome.text),
             margin=outcome.margin,
             passed=outcome.passed,
-            why=outcome.why,
+            why=str(outcome.why),
             error_bound=outcome.error_bound,
             line=self.line,
         )
@@ -176,15 +174,15 @@ def unmet_criteria(criteria: Iterable[Criterion]) -> list[Criterion]:
     return [criterion for criterion in criteria if not criterion.passed]
 
 
-def unmet(criteria: Sequence[Criterion]) -> str:
-    """Name what is not met, without a full stop; "" where all is."""
+def unmet(criteria: Sequence[Criterion]) -> Phrase | None:
+    """Name what is not met, without a full stop; None where all is."""
     failed = unmet_criteria(criteria)
     if not failed:
-        return ""
-    names = "; ".join(f"{criterion.title} ({criterion.limit.text})" for criterion in failed)
+        return None
+    named = [Remark.UNMET.said(title=criterion.title, limit=criterion.limit.text) for criterion in failed]
     one = Remark.THE_ONE_IS_NOT_MET if len(criteria) == 1 else Remark.ONE_IS_NOT_MET
     remark = one if len(failed) == 1 else Remark.SOME_ARE_NOT_MET
-    return remark.worded(count=len(failed), total=len(criteria), names=names)
+    return remark.said(count=len(failed), total=len(criteria), unmet=named)
 
 
 class Evidence(Struct, frozen=True, eq=False, dict=True):
@@ -219,9 +217,9 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         """
         design, sweep = self.solution.design, self.solution.sweep
         if self.atlas is None or design is None or sweep is None:
-            raise NumericalError(Remark.NOT_FOLLOWED)
+            raise NumericalError(Remark.NOT_FOLLOWED.said())
         if not min(sweep.start, sweep.end) <= design.value <= max(sweep.start, sweep.end):
-            raise NumericalError(Remark.BESIDE_SWEEP)
+            raise NumericalError(Remark.BESIDE_SWEEP.said())
         return self.atlas.stable_at(design.value)
 
     @property
@@ -288,7 +286,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         """
         design = self.solution.design
         if design is None or not design.motions.stable_mask.any():
-            raise NumericalError(Remark.NOT_STABLE)
+            raise NumericalError(Remark.NOT_STABLE.said())
         return design
 
     @cached_property
@@ -351,11 +349,11 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         return max((share for share in shares if share is not None), default=None)
 
 
-def held_against(value: float, limit: Limit, why: str = "", bound: float = 0.0) -> Judgement:
+def held_against(value: float, limit: Limit, why: str | Phrase = "", bound: float = 0.0) -> Judgement:
     """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
     # Numbers of NumPy are no part of a judgement: neither is whether it is passed.
     required, value, bound = limit.value, float(value), float(bound)
     margin = value - required if limit.is_least else required - value
     if margin >= 0 > margin - bound:
-        why = Remark.UNDECIDED.worded(error=bound, unit=limit.unit, remark=why)
+        why = Remark.UNDECIDED.said(error=bound, unit=limit.unit, remark=why)
     return Judgement(value, f"{apart((value, required))[0]} {limit.unit}", margin, margin - bound >= 0, why, bound)

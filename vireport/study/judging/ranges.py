@@ -25,6 +25,7 @@ from vireport.scenario.parameters import Parameter
 from vireport.study.judging.designs import Designs, at_each_value, may_be_stable, steps_between
 from vireport.study.judging.evidence import Evidence, Judgement, Limit, held_against
 from vireport.text.formatting import apart, span
+from vireport.text.patterns import Phrase
 from vireport.text.requirements import Remark
 
 Floats = NDArray[np.float64]
@@ -44,7 +45,7 @@ def unit_of_swept(parameter: Parameter) -> str:
 
 def _swept(results: Evidence) -> BifurcationDiagram:
     if results.solution.diagram is None:
-        raise NumericalError(Remark.NO_SWEEP)
+        raise NumericalError(Remark.NO_SWEEP.said())
     return results.solution.diagram
 
 
@@ -83,24 +84,25 @@ def _covered(diagram: BifurcationDiagram, limit: Limit) -> Judgement:
     (low, high), unit = limit.numbers, limit.unit
     shared = [part for part in stable_ranges(diagram) if min(part.end, high) > max(part.start, low)]
     if not shared:
-        return Judgement(0.0, Remark.STABLE_NOWHERE, None, False, Remark.NOT_IN_RANGE)
+        return Judgement(0.0, Remark.STABLE_NOWHERE.said(), None, False, Remark.NOT_IN_RANGE.said())
     widest = max(shared, key=lambda part: min(part.end, high) - max(part.start, low))
     sides = list(_beyond(diagram, widest, low, high))
     margins = [margin for margin, _, _ in sides if margin is not None]
-    broken = "; ".join(
-        Remark.ENDS_AT.worded(value=apart((end, low, high))[0], unit=unit, event=event)
+    broken = [
+        Remark.ENDS_AT.said(value=apart((end, low, high))[0], unit=unit, event=event)
         for _, end, event in sides
-        if event
-    )
+        if event is not None
+    ]
     ranges = ", ".join(f"{span(part.start, part.end)} {unit}" for part in shared)
     width = sum(min(part.end, high) - max(part.start, low) for part in shared)
-    why = broken or ("" if margins else Remark.ENDS_NOWHERE)
-    return Judgement(width, Remark.STABLE_FROM.worded(ranges=ranges), min(margins, default=None), not broken, why)
+    nowhere = "" if margins else Remark.ENDS_NOWHERE.said()
+    why = Remark.TOGETHER.said(remarks=broken) if broken else nowhere
+    return Judgement(width, Remark.RANGES.said(ranges=ranges), min(margins, default=None), not broken, why)
 
 
 def _beyond(
     diagram: BifurcationDiagram, part: StableInterval, low: float, high: float
-) -> Iterator[tuple[float | None, float, str]]:
+) -> Iterator[tuple[float | None, float, Phrase | None]]:
     """For either end of a stable range: how far it is outside of `low` to `high`, where it is, what is in the way.
 
     Where the range goes up to the end of the sweep, how far it goes is not known: there is no distance.
@@ -110,12 +112,12 @@ def _beyond(
         if point is not None:
             bound = point.error_bound
             unit = unit_of_swept(diagram.sweep.parameter)
-            event = Remark.EVENT.worded(event=point.event.words, error=bound, unit=unit)
-            yield beyond, value, "" if beyond > bound else event
+            event = Remark.EVENT.said(event=point.event.words, error=bound, unit=unit)
+            yield beyond, value, None if beyond > bound else event
         elif value in swept and beyond >= 0:
-            yield None, value, ""
+            yield None, value, None
         else:
-            yield beyond, value, "" if beyond > ROUNDING * abs(value) else Remark.END_OF_KNOWN
+            yield beyond, value, None if beyond > ROUNDING * abs(value) else Remark.END_OF_KNOWN.said()
 
 
 def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
@@ -125,7 +127,7 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
     if (ends := _range(required)) is not None:
         low, high = ends
         if not _covered(diagram, Limit(LimitKind.RANGE, (low, high), "")).passed:
-            raise NumericalError(Remark.NOT_OVER_RANGE)
+            raise NumericalError(Remark.NOT_OVER_RANGE.said())
         samples += [_u_ave_at(solution, value) for value in (low, high)]
     bound = 0.0
     for branch, bounds in zip(diagram.branches, solution.bounds.branches, strict=True):
@@ -140,9 +142,9 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
             bound = max(bound, summit + float(bounds["average_v"][rows].max()))
     u_ave = np.concatenate(samples)
     if not u_ave.size:
-        raise NumericalError(Remark.NOT_IN_SWEEP)
+        raise NumericalError(Remark.NOT_IN_SWEEP.said())
     least, most = float(u_ave.min()), float(u_ave.max())
-    return held_against(most - least, limit, Remark.U_AVE.worded(range=span(least, most)), 2 * bound)
+    return held_against(most - least, limit, Remark.U_AVE.said(range=span(least, most)), 2 * bound)
 
 
 def _range(required: RequirementsBlock | None) -> tuple[float, float] | None:

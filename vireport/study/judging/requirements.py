@@ -1,7 +1,7 @@
 """The requirements that there are: each is a row, by which a run and a search for the best design judge alike.
 
-A row has the key under which a scenario requires it, its title, the question that it answers, and its quantity. How it
-limits and what it needs is declared with the key (`scenario.Demand`), words are in `text.requirements`. A requirement
+A row has the key under which a scenario requires it, the question that it answers, and its quantity. How it limits and
+what it needs is declared with the key (`scenario.Demand`), words are in `words/requirements.json`. A requirement
 is met only where that is certain: what an error bound leaves open, what a failed cross-check puts in doubt and what
 cannot be evaluated is not met, and says why.
 
@@ -53,7 +53,8 @@ from vireport.study.judging.ranges import (
     unit_of_swept,
 )
 from vireport.text.formatting import OF_INPUTS, percent, rounded_text, stated_text
-from vireport.text.requirements import TITLES, Remark
+from vireport.text.patterns import OnPage, Phrase
+from vireport.text.requirements import Question, Remark
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -86,12 +87,12 @@ class OfMotions(Struct, frozen=True, eq=False):
             number = self.of(at_design(results), ROUNDED)
             values, bound = number.value.tolist(), float(number.error.max())
             worst = Remark.LEAST if limit.is_least else Remark.LARGEST
-            why = worst.worded(count=len(values)) if len(values) > 1 else ""
+            why = worst.said(count=len(values)) if len(values) > 1 else ""
             return held_against(_worst(values, limit), limit, why, bound)
         families, numbers = zip(*((family, self.of(x, ROUNDED)) for family, x in followed(results)), strict=True)
         values = [float(number.value) for number in numbers]
         value, bound = _worst(values, limit), max(float(number.error) for number in numbers)
-        return held_against(value, limit, Remark.OF_MOTION.worded(motion=families[values.index(value)].name), bound)
+        return held_against(value, limit, Remark.OF_MOTION.said(motion=families[values.index(value)].name), bound)
 
     def slack(self, designs: Designs, limit: Limit) -> Floats:
         """How far designs are on the right side of a limit, over it; negative on the wrong one, NaN without motion."""
@@ -153,15 +154,15 @@ class OfMargin(Struct, frozen=True, eq=False):
         """Hold the least relative distance against a limit in per cent."""
         design, device = results.design, results.solution.device
         if design.unresolved_inputs:
-            raise NumericalError(Remark.ENDS_UNRESOLVED.worded(inputs=", ".join(design.unresolved_inputs)))
+            raise NumericalError(Remark.ENDS_UNRESOLVED.said(inputs=", ".join(design.unresolved_inputs)))
         ends = design.limits(*self.kinds)
         nearest = next((end for end in ends if end.relative is not None), None)
         if nearest is None:
-            return Judgement(None, Remark.NO_END, None, True)
+            return Judgement(None, Remark.NO_END.said(), None, True)
         varied, value = nearest.parameter, rounded_text(nearest.sweep_value, results.exactness)
-        why = Remark.END.worded(event=nearest.name, input=varied, value=value)
+        place = OnPage(f"{varied.marked} = {varied.with_unit(value)}", in_data=f"{varied} = {value}")
         bound = nearest.error_bound / float(device.value_of(varied))
-        return replace(held_against(100 * nearest.size, limit, why, 100 * bound), varied=varied)
+        return held_against(100 * nearest.size, limit, Remark.END.said(event=nearest.name, place=place), 100 * bound)
 
     def may_meet(self, designs: Designs, limit: Limit) -> Mask:
         """Which designs may have the margin; all others surely have not."""
@@ -199,17 +200,23 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
     Attributes
     ----------
     key : str
-        Of the scenario's block; the first, where several belong together.
-    title : str
+        Of the scenario's block; the first, where several belong together. Its title is the pattern of that name.
     question : str
         Which answer of the verdict it is about.
     quantity : Quantity
+    file : str
+        Of the patterns among which its title is.
     """
 
     key: str
-    title: str
     question: str
     quantity: Quantity
+    file: str = Remark.file
+
+    @property
+    def title(self) -> Phrase:
+        """What it is called in words."""
+        return Phrase(self.file, self.key)
 
     @cached_property
     def demand(self) -> Demand:
@@ -299,9 +306,9 @@ def _judgement(results: Evidence, requirement: Requirement, limit: Limit) -> Jud
     try:
         judgement = requirement.quantity.judgement(results, limit)
     except NumericalError as error:
-        return Judgement(None, Remark.NOT_KNOWN, None, False, str(error))
+        return Judgement(None, Remark.NOT_KNOWN.said(), None, False, error.args[0])
     if judgement.passed and results.crosscheck is not None and not results.crosscheck.passed:
-        return replace(judgement, passed=False, why=Remark.DISAGREEMENT, varied=None)
+        return replace(judgement, passed=False, why=Remark.DISAGREEMENT.said())
     return judgement
 
 
@@ -313,24 +320,26 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
         family.name for family, _ in results.stable if family.word.canonical(mirror).letters not in allowed
     )
     if not names:
-        raise NumericalError(Remark.NO_MOTION)
-    why = [Remark.NOT_ALLOWED.worded(motions=", ".join(others))] if others else []
+        raise NumericalError(Remark.NO_MOTION.said())
+    why = [Remark.NOT_ALLOWED.said(motions=", ".join(others))] if others else []
     end, reached = results.from_rest, results.is_reached_from_rest
     if end is not None:
         settles = Remark.REACHES if end.settles_after is None else Remark.REACHES_AFTER
-        why.append((settles if reached else Remark.COMES_TO).worded(motion=end.name, periods=end.settles_after))
+        why.append((settles if reached else Remark.COMES_TO).said(motion=end.name, periods=end.settles_after))
     if (starts := _share_of_starts(results)) is not None:
         # Not of what the device comes to: of the words that are required.
         share = Remark.STARTS_TOO if reached else Remark.STARTS_TO
-        why.append(share.worded(words=" or ".join(limit.words), starts=starts))
-    return Judgement(None, ", ".join(names), None, reached and not others, "; ".join(why))
+        why.append(share.said(words=" or ".join(limit.words), starts=starts))
+    remark = Remark.TOGETHER.said(remarks=why) if why else ""
+    return Judgement(None, ", ".join(names), None, reached and not others, remark)
 
 
-def _share_of_starts(results: Evidence) -> str | None:
+def _share_of_starts(results: Evidence) -> Phrase | None:
     """How many random starts come to an allowed motion, at the design point or the simulated value nearest to it."""
     for finding, attracting in with_results(results.findings):
-        if (share := finding.share_of_starts(attracting, results)) is not None:
-            return str(share)
+        share: Phrase | None = finding.share_of_starts(attracting, results)
+        if share is not None:
+            return share
     check, design = results.crosscheck, results.solution.design
     if check is None or design is None:
         return None
@@ -338,24 +347,24 @@ def _share_of_starts(results: Evidence) -> str | None:
     ends = check.ends[row]
     count = sum(end.cycle is not None and not end.cycle.sticks and results.allows(end.word) for end in ends)
     place = design.parameter.place(float(check.values[row]))
-    return Remark.STARTS.worded(count=count, total=len(ends), place=place)
+    return Remark.STARTS.said(count=count, total=len(ends), place=place)
 
 
 def _reached_from_rest(results: Evidence, limit: Limit) -> Judgement:
     """From rest the device comes to a motion that is allowed, or where none is named to the 1:1 motion."""
     end = results.from_rest
     if end is None:
-        raise NumericalError(Remark.NO_DESIGN_POINT)
+        raise NumericalError(Remark.NO_DESIGN_POINT.said())
     passed = results.is_reached_from_rest
     after = end.settles_after if passed else None
-    return Judgement(None, end.name, None, passed, "" if after is None else Remark.AFTER.worded(periods=after))
+    return Judgement(None, end.name, None, passed, "" if after is None else Remark.AFTER.said(periods=after))
 
 
 def _recovery(results: Evidence, limit: Limit) -> Judgement:
     disturbances = results.switched_on
     if disturbances is None or disturbances.recovery is None:
         raise NumericalError(
-            Remark.NOT_STABLE
+            Remark.NOT_STABLE.said()
             if disturbances is None or disturbances.no_recovery is None
             else str(disturbances.no_recovery)
         )
@@ -366,12 +375,12 @@ def _distortion(results: Evidence, limit: Limit) -> Judgement:
     """The least harmonic found or, where none ends stable motion, the largest that was looked at."""
     distortions = results.solution.design.distortions if results.solution.design is not None else ()
     if not distortions:
-        raise NumericalError(Remark.NOT_STABLE)
+        raise NumericalError(Remark.NOT_STABLE.said())
     finite = [harmonic for harmonic in distortions if harmonic.share is not None]
     if not finite:
-        return held_against(100 * distortions[0].searched_to, limit, Remark.NO_DISTORTION)
+        return held_against(100 * distortions[0].searched_to, limit, Remark.NO_DISTORTION.said())
     least = min(finite, key=lambda harmonic: harmonic.share or 0.0)
-    why = Remark.DISTORTION.worded(order=least.order, phase=least.phase_deg)
+    why = Remark.DISTORTION.said(order=least.order, phase=least.phase_deg)
     return held_against(100 * (least.share or 0.0), limit, why, 100 * (least.error_bound or 0.0))
 
 
@@ -379,21 +388,23 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
     """The least margin with any of the effects; without stable motion with one of them it is nothing."""
     shifts = results.effects
     if shifts is None or shifts.end is None:
-        raise NumericalError(Remark.NOT_STABLE if shifts is None or shifts.absence is None else str(shifts.absence))
+        raise NumericalError(
+            Remark.NOT_STABLE.said() if shifts is None or shifts.absence is None else str(shifts.absence)
+        )
     for shift in shifts.rows:
         if not shift.computed and shift.least is None:
-            raise NumericalError(Remark.EFFECT_OPEN.worded(effect=shift.effect.left_out, reason=shift.absence))
+            raise NumericalError(Remark.EFFECT_OPEN.said(effect=shift.effect.left_out, reason=shift.absence))
     least_margins = [(shift.least, shift.effect) for shift in shifts.rows if shift.least is not None]
     if not least_margins:
-        raise NumericalError(Remark.NO_EFFECT)
+        raise NumericalError(Remark.NO_EFFECT.said())
     least, worst = min(least_margins, key=itemgetter(0))
     if least == inf:
-        return Judgement(None, Remark.NO_END, None, True)
+        return Judgement(None, Remark.NO_END.said(), None, True)
     size = percent(worst.size, OF_INPUTS, signed=True) if worst.size else ""
     if worst.left_out is LeftOut.RESTITUTION_SPEED:
         size = stated_text(worst.size)
     worst_is = Remark.WITH_EFFECT_OF if size else Remark.WITH_EFFECT
-    why = worst_is.worded(effect=worst.left_out.replace("_", " "), size=size)
+    why = worst_is.said(effect=worst.left_out.replace("_", " "), size=size)
     return held_against(100 * least, limit, why, 100 * LOCATED_SHARE)
 
 
@@ -414,12 +425,12 @@ def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
 def _agreement(results: Evidence, limit: Limit) -> Judgement:
     check = results.crosscheck
     if check is None:
-        raise NumericalError(Remark.NO_SIMULATION)
-    again = Remark.AGAIN.worded(count=check.orbits - len(check.misses), total=check.orbits)
+        raise NumericalError(Remark.NO_SIMULATION.said())
+    again = Remark.AGAIN.said(count=check.orbits - len(check.misses), total=check.orbits)
     if not check.orbits:
-        return Judgement(None, again, None, False, Remark.NO_ORBIT)
+        return Judgement(None, again, None, False, Remark.NO_ORBIT.said())
     difference = max(check.velocity_difference, check.phase_difference)
-    text = Remark.DIFFERENCE.worded(difference=difference)
+    text = Remark.DIFFERENCE.said(difference=difference)
     return Judgement(difference, text, limit.value - difference, check.passed, again)
 
 
@@ -437,34 +448,33 @@ AREA_RATIO = OfMotions(
 EFFICIENCY = OfMotions(lambda motions, _: 100 * motions.efficiency)
 FIELD = OfMotions(lambda motions, _: 100 / motions.breakdown_field_v_m * motions.field_v_m, grows=True)
 
-QUANTITIES: dict[str, Quantity] = {
-    "stable_from": OfRun(stable_over_range, may_be_stable_over_range),
-    "inclination_from_deg": OfRun(stable_over_inclinations, may_be_stable_over_inclinations),
-    "margin_period_doubling_percent": PERIOD_DOUBLING,
-    "margin_grazing_percent": GRAZING,
-    "margin_any_percent": OfMargin(CRITICAL),
-    "word": OfRun(_words),
-    "reached_from_rest": OfRun(_reached_from_rest),
-    "recovers_within_periods": OfRun(_recovery),
-    "margin_with_effects_percent": OfRun(_with_effects, _may_with_effects, dear=True),
-    "withstands_distortion_percent": OfRun(_distortion, dear=True),
-    "u_ave_at_least_v": U_AVE,
-    "u_ave_difference_at_most_v": OfRun(u_ave_difference, may_change_little),
-    "u_bottom_top_difference_at_most_v": END_DIFFERENCE,
-    "deflection_at_most_m": DEFLECTION,
-    "deflection_at_most_percent": DEFLECTION_SHARE,
-    "area_ratio_at_most": AREA_RATIO,
-    "power_at_least_mw": POWER,
-    "efficiency_at_most_percent": EFFICIENCY,
-    "field_at_most_percent": FIELD,
-    "acceleration_at_most_g": OfShaker(lambda shaker: shaker.acceleration_g),
-    "stroke_at_most_m": OfShaker(lambda shaker: shaker.stroke_m),
-    "force_at_most_n": OfShaker(lambda shaker: shaker.force_n, error=0.0),
-    "crosscheck_passed": OfRun(_agreement),
-}
-"""What is held against each limit of the core, by the requirement's first key."""
-
-REQUIREMENTS = tuple(Requirement(key, *TITLES[key], quantity) for key, quantity in QUANTITIES.items())
+REQUIREMENTS = (
+    Requirement("stable_from", Question.WHERE, OfRun(stable_over_range, may_be_stable_over_range)),
+    Requirement(
+        "inclination_from_deg", Question.WHERE, OfRun(stable_over_inclinations, may_be_stable_over_inclinations)
+    ),
+    Requirement("margin_period_doubling_percent", Question.MARGIN, PERIOD_DOUBLING),
+    Requirement("margin_grazing_percent", Question.MARGIN, GRAZING),
+    Requirement("margin_any_percent", Question.MARGIN, OfMargin(CRITICAL)),
+    Requirement("word", Question.MOTION, OfRun(_words)),
+    Requirement("reached_from_rest", Question.FROM_REST, OfRun(_reached_from_rest)),
+    Requirement("recovers_within_periods", Question.FROM_REST, OfRun(_recovery)),
+    Requirement("margin_with_effects_percent", Question.MARGIN, OfRun(_with_effects, _may_with_effects, dear=True)),
+    Requirement("withstands_distortion_percent", Question.MARGIN, OfRun(_distortion, dear=True)),
+    Requirement("u_ave_at_least_v", Question.VOLTAGE, U_AVE),
+    Requirement("u_ave_difference_at_most_v", Question.VOLTAGE, OfRun(u_ave_difference, may_change_little)),
+    Requirement("u_bottom_top_difference_at_most_v", Question.VOLTAGE, END_DIFFERENCE),
+    Requirement("deflection_at_most_m", Question.VOLTAGE, DEFLECTION),
+    Requirement("deflection_at_most_percent", Question.VOLTAGE, DEFLECTION_SHARE),
+    Requirement("area_ratio_at_most", Question.VOLTAGE, AREA_RATIO),
+    Requirement("power_at_least_mw", Question.VOLTAGE, POWER),
+    Requirement("efficiency_at_most_percent", Question.VOLTAGE, EFFICIENCY),
+    Requirement("field_at_most_percent", Question.VOLTAGE, FIELD),
+    Requirement("acceleration_at_most_g", Question.SHAKER, OfShaker(lambda shaker: shaker.acceleration_g)),
+    Requirement("stroke_at_most_m", Question.SHAKER, OfShaker(lambda shaker: shaker.stroke_m)),
+    Requirement("force_at_most_n", Question.SHAKER, OfShaker(lambda shaker: shaker.force_n, error=0.0)),
+    Requirement("crosscheck_passed", Question.SIMULATED, OfRun(_agreement)),
+)
 """All that can be required of the core."""
 
 
