@@ -48,7 +48,7 @@ from vireport.study.judging.verdict import Conclusion
 from vireport.study.measured import measured_data, measured_of
 from vireport.study.reading import read_record
 from vireport.study.result_records import Results
-from vireport.study.results import solution_data
+from vireport.study.results import analytic_results
 from vireport.study.study import Study
 from vireport.text.said import Said, spoken
 
@@ -897,7 +897,7 @@ def results(**over: object) -> Results:
     solution = solution_of(Device.of(loaded.scenario), Membrane.of(loaded.scenario), None, True, None)
     measured = measured_data(measured_of(loaded)) if loaded.scenario.measured else UNSET
     settings = loaded.scenario.model_dump(mode="json", by_alias=True)
-    return Results(schema_version=1, scenario=settings, **solution_data(solution), alerts=[], measured=measured)
+    return replace(analytic_results(solution, settings), measured=measured)
 
 
 @pytest.fixture(scope="module")

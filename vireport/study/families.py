@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from math import isfinite
-from typing import Any
 
 import numpy as np
+from msgspec import UNSET
 from numpy.typing import NDArray
 
 from vireport.motions.error_bounds import NO_BOUND, rounded_up
@@ -22,6 +22,7 @@ from vireport.study.result_records import (
     FamilyEnd,
     FamilyPoint,
     GenerationData,
+    MotionRow,
     MotionsData,
     MultipliersOfFamily,
     Range,
@@ -52,7 +53,7 @@ def families_data(families: Iterable[Family], membrane: Membrane | None) -> list
 
 
 def _family(family: Family, membrane: Membrane | None) -> FamilyData:
-    value = family.sweep_value
+    value, whole = family.sweep_value, None if membrane is None else generation(family, membrane)
     return FamilyData(
         number=family.number,
         word=family.word.letters,
@@ -78,22 +79,15 @@ def _family(family: Family, membrane: Membrane | None) -> FamilyData:
         time=family.time.tolist(),
         trace=_finite(family.trace),
         impacts_per_s=impact_rate(family).tolist(),
-        **({} if membrane is None else _voltages(family, membrane)),
+        u_impacts_v=UNSET if whole is None else whole.impacts_v.tolist(),
+        u_ave_v=UNSET if whole is None else whole.average_v.tolist(),
+        u_per_second_v=UNSET if whole is None else whole.per_second_v.tolist(),
         error_bounds=_bounds(family),
     )
 
 
 def _finite(values: Floats) -> list[float | None]:
     return [x if isfinite(x) else None for x in values.tolist()]
-
-
-def _voltages(family: Family, membrane: Membrane) -> dict[str, Any]:
-    whole = generation(family, membrane)
-    return {
-        "u_impacts_v": whole.impacts_v.tolist(),
-        "u_ave_v": whole.average_v.tolist(),
-        "u_per_second_v": whole.per_second_v.tolist(),
-    }
 
 
 def _bounds(family: Family) -> FamilyBounds:
@@ -106,7 +100,7 @@ def _bounds(family: Family) -> FamilyBounds:
     )
 
 
-def family_rows(family: Family, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
+def family_rows(family: Family, membrane: Membrane | None) -> Iterator[MotionRow]:
     """Every impact of every motion of a family, by the names of branches.csv: first those of the 1:1 motions."""
     data, word, size = _family(family, membrane), family.word, len(family.x)
     volts, means, bounds, walls = data.u_impacts_v or None, data.u_ave_v or (), _bounds(family), word.walls

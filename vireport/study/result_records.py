@@ -26,6 +26,9 @@ Numbers = list[float]
 SomeNumbers = list[float | None]
 """Null where a number does not exist or is beyond the range of doubles."""
 
+MotionRow = dict[str, float | str | None]
+"""A row of a table of motions, by the names of its columns."""
+
 AddedBlocks = Mapping[str, ResultsBlock | Sequence[ResultsBlock] | None]
 """Blocks of additions by their keys, null where nothing was found."""
 

@@ -11,14 +11,16 @@ import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import isfinite
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import UNSET
 from msgspec.structs import asdict, replace
 
 from vireport.base.encoding import json_text
 from vireport.base.errors import UsageError
-from vireport.base.records import plain
+from vireport.base.records import keyed, plain
+from vireport.design.bounds import Floats
 from vireport.design.distortion import Distortion
 from vireport.design.margins import Margin
 from vireport.design.point import DesignPoint, StableInterval
@@ -39,6 +41,7 @@ from vireport.study.provenance import Provenance
 from vireport.study.result_records import (
     SCHEMA_VERSION,
     BasinShares,
+    Bounds,
     BranchData,
     CoexistingData,
     CompliantEndData,
@@ -63,13 +66,16 @@ from vireport.study.result_records import (
     LoopData,
     MarginData,
     MissData,
+    MotionRow,
     MultipliersData,
     OneToOneData,
     OutcomeRangeData,
     OwnStiffnessData,
+    Results,
     SampleData,
     ShakerData,
     SimulationData,
+    SomeNumbers,
     StableRangeData,
     StageData,
     StartEnd,
@@ -98,29 +104,34 @@ DIFFERENCE = 2e-15
 """Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
 
 
-def solution_data(solution: Solution, no_distortion: str | None = None) -> dict[str, Any]:
-    """What the analytic theory says, by the names of `Results`: branches, points, design point, ranges and Table 1.
+def analytic_results(solution: Solution, scenario: dict[str, Any], no_distortion: str | None = None) -> Results:
+    """Results of the analytic theory alone: branches, points, design point, ranges and Table 1.
 
     Parameters
     ----------
     solution : Solution
+    scenario : dict
+        As understood.
     no_distortion : str or None
         Why the harmonics that end stable motion were not looked for.
     """
     bounds = solution.bounds.branches
-    return {
-        "branches": [_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
-        "critical_points": [_critical(point) for point in solution.critical_points],
-        "design_point": _design(solution.design, solution.bounds.design, no_distortion),
-        "stable_range": [
-            replace(_range(part, SWEEP_END), **_continued(beyond))
-            for part, beyond in zip(solution.stable_ranges, solution.beyond, strict=True)
+    return Results(
+        schema_version=SCHEMA_VERSION,
+        scenario=scenario,
+        branches=[_branch(*row) for row in zip(solution.branches, bounds, strict=True)],
+        critical_points=[_critical(point) for point in solution.critical_points],
+        design_point=_design(solution.design, solution.bounds.design, no_distortion),
+        stable_range=[
+            replace(_range(part, SWEEP_END), from_beyond_sweep=_beyond(below), to_beyond_sweep=_beyond(above))
+            for part, (below, above) in zip(solution.stable_ranges, solution.beyond, strict=True)
         ],
-        "shaker": _shaker(solution.shaker),
-        "fits_membrane": _fitting(solution.fitting),
-        "stretch": _stretch(solution),
-        "table_1": [_table_row(row, bounds[row.branch - 1]) for row in solution.table],
-    }
+        shaker=_shaker(solution.shaker),
+        fits_membrane=_fitting(solution.fitting),
+        stretch=_stretch(solution),
+        table_1=[_table_row(row, bounds[row.branch - 1]) for row in solution.table],
+        alerts=[],
+    )
 
 
 def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
@@ -137,17 +148,17 @@ def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
     return csv_bytes(head, rows) if head else b""
 
 
-def motion_rows(solution: Solution) -> Iterator[dict[str, Any]]:
+def motion_rows(solution: Solution) -> Iterator[MotionRow]:
     """Every motion of every branch as a dict, by the names of branches.csv; without a sweep those of the design point.
 
     The motions of a design point alone are on no branch.
     """
-    design = solution.design
+    design, bounds = solution.design, solution.bounds.design
     tables = _motions_by_branch(solution)
-    if solution.sweep is None and design is not None:
-        alone, bounds = [None] * len(design.motions), cast("dict[str, Any]", solution.bounds.design)
-        numbers = _of_each(design.motions, design.voltages_by_motion, alone, bounds)
-        tables = iter([{"branch": alone, "family": list(design.families), **numbers}])
+    if solution.sweep is None and design is not None and bounds is not None:
+        alone = [None] * len(design.motions)
+        data = _motions(design.motions, design.voltages_by_motion, alone, bounds)
+        tables = iter([{"branch": alone, "family": list(design.families), **_table(data)}])
     for columns in tables:
         for row in zip(*columns.values(), strict=True):
             yield dict(zip(columns, row, strict=True))
@@ -156,11 +167,16 @@ def motion_rows(solution: Solution) -> Iterator[dict[str, Any]]:
 def _motions_by_branch(solution: Solution) -> Iterator[dict[str, list[Any]]]:
     """The motions of each branch, as the columns of branches.csv."""
     for branch, bounds in zip(solution.branches, solution.bounds.branches, strict=True):
-        count, numbers = len(branch.motions), _of_branch(branch, bounds)
-        yield {"branch": [branch.number] * count, "family": [branch.symmetry] * count, **numbers}
+        count, data = len(branch.motions), _branch(branch, bounds)
+        yield {"branch": [data.number] * count, "family": [data.family] * count, **_table(data)}
 
 
-def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[dict[str, Any]]:
+def _table(data: BranchData) -> dict[str, list[Any]]:
+    """Columns of a branch with a value for each motion, by their names."""
+    return {name: column for name, column in keyed(data).items() if name in data.columns}
+
+
+def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[MotionRow]:
     """Every impact of every motion of the families as a dict, by the names of branches.csv."""
     if atlas is not None:
         for family in atlas.families:
@@ -210,7 +226,7 @@ DIMENSIONLESS = (
 """The numbers of motions, by their names in `Motions`."""
 
 
-def _columns(record: Any, names: Iterable[str]) -> dict[str, list[Any]]:
+def _columns(record: Motions | Voltages, names: Iterable[str]) -> dict[str, list[Any]]:
     """Arrays of a record, by their names in results.json."""
     return {COLUMNS.get(name, name): getattr(record, name).tolist() for name in names}
 
@@ -222,12 +238,7 @@ def motion_columns(motions: Motions, voltages: Voltages | None) -> dict[str, Any
     return {**numbers, **types, **_columns(motions, ("admissible_mask", "wall_gap")), **gained}
 
 
-def _undecided(motions: Motions, bounds: dict[str, Any]) -> dict[str, Any]:
-    """Where `admissible` is open: the gap is zero to rounding, as it is at a grazing point itself."""
-    return {"admissible_undecided": undecided(motions, bounds).tolist()}
-
-
-def _conversion(conversion: Conversion | None) -> dict[str, Any]:
+def _conversion(conversion: Conversion | None) -> dict[str, SomeNumbers]:
     """What motions convert; null beyond the range of doubles."""
     columns = {} if conversion is None else plain(conversion)
     return {name: [x if isfinite(x) else None for x in column.tolist()] for name, column in columns.items()}
@@ -259,10 +270,10 @@ def _stretch(solution: Solution) -> StretchData | None:
     )
 
 
-def _bounds(bounds: dict[str, Any]) -> dict[str, Any]:
+def _bounds(bounds: dict[str, Floats]) -> Bounds:
     """Error bounds by the names of the columns, and why some are null."""
     columns = rounded_up(np.stack(list(bounds.values())))
-    named: dict[str, Any] = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
+    named: Bounds = {COLUMNS.get(name, name): column for name, column in zip(bounds, columns, strict=True)}
     return {**named, "null_means": NO_BOUND} if any(None in column for column in columns) else named
 
 
@@ -282,30 +293,26 @@ def _end_of_branch(end: Mark) -> str:
     return {Event.SWEEP_END: SWEEP_END, Event.CLOSED: "closed curve"}.get(end.event) or end.event.words
 
 
-def _of_each(
-    motions: Motions, voltages: Voltages | None, labels: Sequence[str | None], bounds: dict[str, Any]
-) -> dict[str, list[Any]]:
-    """Columns of results.json on some motions; `labels` are those of the critical points that they are."""
-    return {
-        **motion_columns(motions, voltages),
-        "critical_point": list(labels),
-        **_undecided(motions, bounds),
-    }
-
-
-def _of_branch(branch: Branch, bounds: dict[str, Any]) -> dict[str, list[Any]]:
-    labels = [label or None for label in _labels(branch.family)]
-    return _of_each(branch.motions, branch.voltages_by_motion, labels, bounds)
-
-
-def _branch(branch: Branch, bounds: dict[str, Any]) -> BranchData:
+def _motions(
+    motions: Motions, voltages: Voltages | None, labels: Sequence[str | None], bounds: dict[str, Floats]
+) -> BranchData:
+    """A branch without its name and ends: columns of its motions; `labels` are those of the critical points among them."""
     return BranchData(
+        **motion_columns(motions, voltages),
+        critical_point=list(labels),
+        admissible_undecided=undecided(motions, bounds).tolist(),
+        error_bounds=_bounds(bounds),
+    )
+
+
+def _branch(branch: Branch, bounds: dict[str, Floats]) -> BranchData:
+    labels = [label or None for label in _labels(branch.family)]
+    return replace(
+        _motions(branch.motions, branch.voltages_by_motion, labels, bounds),
         number=branch.number,
         family=branch.symmetry,
         mirror_of=branch.mirror_of,
         ends=[_end_of_branch(end) for end in branch.family.ends],
-        **_of_branch(branch, bounds),
-        error_bounds=_bounds(bounds),
     )
 
 
@@ -321,7 +328,7 @@ def _one_to_one(point: Point) -> OneToOneData:
     )
 
 
-def _point_bounds(point: Point) -> dict[str, Any]:
+def _point_bounds(point: Point) -> dict[str, float | None]:
     closed = point.closed
     q = max(closed.bounds["u"], float(np.spacing(0.5 + closed.u)))
     phi = {"phi_bottom_rad": closed.bounds["phi_bottom"], "phi_top_rad": closed.bounds["phi_top"]}
@@ -346,33 +353,31 @@ def _critical(point: Point) -> CriticalPointData:
     )
 
 
-def _design(design: DesignPoint | None, bounds: dict[str, Any] | None, no_distortion: str | None) -> DesignData | None:
+def _design(
+    design: DesignPoint | None, bounds: dict[str, Floats] | None, no_distortion: str | None
+) -> DesignData | None:
     if design is None or bounds is None:
         return None
-    return DesignData(
+    r = design.motions.restitution
+    by_law = r if isinstance(r, Restitutions) and np.ndim(r.bottom) else None
+    data = DesignData(
         parameter=design.parameter,
         value=design.value,
         family=list(design.families),
         **motion_columns(design.motions, design.voltages_by_motion),
-        **_conversion(design.conversion_by_motion),
-        **_undecided(design.motions, bounds),
+        admissible_undecided=undecided(design.motions, bounds).tolist(),
         error_bounds=_bounds(bounds),
         margins=[margin_data(margin) for margin in design.margins],
         margins_unresolved=list(design.unresolved_inputs),
         stable_range=[_range(part, LIMIT_OF_INPUT) for part in design.stable_ranges],
         distortion=None if design.distortions is None else [_distortion(each) for each in design.distortions],
         distortion_reason=no_distortion,
-        **_by_law(design),
+        restitution_bottom=UNSET if by_law is None else by_law.bottom.tolist(),
+        restitution_top=UNSET if by_law is None else by_law.top.tolist(),
+        claim=UNSET if by_law is None else Claim.FOLLOWED,
+        not_followed=UNSET if by_law is None else design.lost,
     )
-
-
-def _by_law(design: DesignPoint) -> dict[str, Any]:
-    """Columns on a restitution that falls with speed: that of each impact, and what is claimed of the motions."""
-    r = design.motions.restitution
-    if not isinstance(r, Restitutions) or not np.ndim(r.bottom):
-        return {}
-    restitutions = {"restitution_bottom": r.bottom.tolist(), "restitution_top": r.top.tolist()}
-    return {**restitutions, "claim": Claim.FOLLOWED, "not_followed": design.lost}
+    return replace(data, **_conversion(design.conversion_by_motion))
 
 
 def _distortion(distortion: Distortion) -> DistortionData:
@@ -585,23 +590,16 @@ def _reason(point: Point | None, otherwise: str) -> str:
     return otherwise if point is None else point.label or point.event.words
 
 
-def _continued(beyond: tuple[Point | None, ...]) -> dict[str, EndBeyondSweep | None]:
+def _beyond(point: Point | None) -> EndBeyondSweep | None:
     """Where a stable range would end if the sweep went on; null where it ends within it, or nowhere."""
-    return {
-        f"{end}_beyond_sweep": None
-        if point is None
-        else EndBeyondSweep(
-            sweep_value=point.sweep_value,
-            kind=point.event,
-            d=point.d,
-            gbar=point.gbar,
-            error_bound=point.error_bound,
-        )
-        for end, point in zip(("from", "to"), beyond, strict=True)
-    }
+    if point is None:
+        return None
+    return EndBeyondSweep(
+        sweep_value=point.sweep_value, kind=point.event, d=point.d, gbar=point.gbar, error_bound=point.error_bound
+    )
 
 
-def _table_row(row: TableRow, bounds: dict[str, Any]) -> TableRowData:
+def _table_row(row: TableRow, bounds: dict[str, Floats]) -> TableRowData:
     """A row of Table 1, its ends with the bounds they have on their branch."""
     ends = {"start": row.first_row, "end": row.last_row}
     names = [f"{name}_{end}" for end in ends for name, _ in DIRECTIONS]
@@ -678,13 +676,7 @@ def _follow(slowly: Hysteresis, coexisting: Iterable[Coexisting], ending: Callab
             )
             for loop in slowly.loops
         ],
-        coexisting=[
-            CoexistingData(
-                **_kind_of(motion),
-                **_ranges_by_source(motion),
-            )
-            for motion in coexisting
-        ],
+        coexisting=[_coexisting(motion) for motion in coexisting],
     )
 
 
@@ -694,7 +686,7 @@ def _course(course: Course, ending: Callable[[Jump], Point | None]) -> CourseDat
         samples=[
             StageData(
                 sweep_value=stage.value,
-                **_kind_of(stage.attractor),
+                **asdict(_kind(stage.attractor)),
                 wall=stage.impacts[:, 0].astype(int).tolist(),
                 phase_rad=stage.impacts[:, 1].tolist(),
                 velocity=stage.impacts[:, 2].tolist(),
@@ -716,24 +708,20 @@ def _course(course: Course, ending: Callable[[Jump], Point | None]) -> CourseDat
     )
 
 
-def _kind(motion: Attractor) -> KindOfMotion:
-    """What kind of motion it is."""
-    return KindOfMotion(**_kind_of(motion))
+def _kind(motion: Attractor | MotionCount | Coexisting) -> KindOfMotion:
+    """What kind of motion it is; a word and a period are of periodic ones."""
+    return KindOfMotion(outcome=motion.outcome.name.lower(), word=motion.word or None, period=motion.period or None)
 
 
-def _kind_of(motion: Attractor | MotionCount | Coexisting) -> dict[str, Any]:
-    """What kind of motion it is, by the names of `KindOfMotion`; a word and a period are of periodic ones."""
-    return {"outcome": motion.outcome.name.lower(), "word": motion.word or None, "period": motion.period or None}
-
-
-def _ranges_by_source(motion: Coexisting) -> dict[str, Any]:
-    """The ranges in which a motion was found, by what found it."""
-    return {str(source): [list(pair) for pair in ranges] for source, ranges in motion.ranges.items()}
+def _coexisting(motion: Coexisting) -> CoexistingData:
+    """A kind of motion, and the ranges in which it was found."""
+    ranges = {str(source): [list(pair) for pair in pairs] for source, pairs in motion.ranges.items()}
+    return replace(CoexistingData(**asdict(_kind(motion))), **ranges)
 
 
 def _motion_count(motion: MotionCount) -> CountedMotion:
     """A kind of motion that starts end in, how many do, and between which values of the parameter."""
-    return CountedMotion(**_kind_of(motion), count=motion.count, from_=motion.low, to=motion.high)
+    return CountedMotion(**asdict(_kind(motion)), count=motion.count, from_=motion.low, to=motion.high)
 
 
 def _end(attractor: Attractor, groups: Groups[float]) -> StartEnd:
@@ -747,7 +735,7 @@ def _end(attractor: Attractor, groups: Groups[float]) -> StartEnd:
     # Of a motion that is not periodic the exponent is an average over a finite time: an estimate without a bound.
     rate = bound / cycle.growth / cycle.period if cycle is not None and bound is not None and finite else None
     return StartEnd(
-        **_kind_of(attractor),
+        **asdict(_kind(attractor)),
         residual=None if cycle is None else cycle.residual,
         multiplier=None if cycle is None else cycle.growth,
         lyapunov=exponent if finite else None,

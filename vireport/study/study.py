@@ -40,22 +40,22 @@ from vireport.study.plan import (
 )
 from vireport.study.provenance import Provenance
 from vireport.study.result_records import (
-    SCHEMA_VERSION,
     AddedBlocks,
     DisturbancesData,
     LeftOutData,
     MarginToUseData,
+    MotionRow,
     RequirementsData,
     Results,
 )
 from vireport.study.results import (
+    analytic_results,
     effects_data,
     family_motions,
     json_bytes,
     motion_rows,
     own_stiffness_data,
     simulation_data,
-    solution_data,
     switched_on_data,
 )
 from vireport.text.foreign import visible
@@ -218,11 +218,9 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             Whether of the families only those are wanted that pages show, see `Atlas.printed_families`.
         """
         solution, scenario = self.solution, self.scenario
-        return Results(
-            schema_version=SCHEMA_VERSION,
-            scenario=to_dict(scenario),
+        results = replace(
+            analytic_results(solution, to_dict(scenario), self.plan.reason(Task.DISTORTION)),
             overrides=list(self.loaded.overrides),
-            **solution_data(solution, self.plan.reason(Task.DISTORTION)),
             simulation=None
             if self.crosscheck is None
             else simulation_data(self.crosscheck, self.coexisting, self.ending),
@@ -236,9 +234,15 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             added=self._added_data(),
             requirements=None if scenario.requirements is None else _requirements_data(self.criteria),
             disturbances=None if self.switched_on is None else self._switched_on_data(self.switched_on),
-            **_measured_data(self.measured),
             alerts=[alert.data for alert in self.alerts],
             left_out=[LeftOutData(step=step.task, what=step.what, why=step.why) for step in self.plan.left_out],
+        )
+        if not self.measured:
+            return results
+        from vireport.study.measured import measured_data, measured_loops
+
+        return replace(
+            results, measured=measured_data(self.measured), measured_hysteresis=measured_loops(self.measured)
         )
 
     def to_dict(self, printed: bool = False) -> dict[str, Any]:
@@ -259,7 +263,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         added = (finding.results(self.findings.get(name), self) for name, finding in findings().items())
         return {key: data for block in added for key, data in block.items()}
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[MotionRow]:
         """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame.
 
         Where nothing is swept, every motion of the design point.
@@ -312,15 +316,6 @@ def results(study: Study, provenance: Provenance, printed: bool = False) -> dict
 def results_json(study: Study, provenance: Provenance) -> bytes:
     """The text of results.json, from the records of `Study.results`."""
     return json_bytes(study.results().blocks(), provenance)
-
-
-def _measured_data(records: tuple[MeasuredAt, ...]) -> dict[str, Any]:
-    """What was measured, by the names of `Results`; nothing without records."""
-    if not records:
-        return {}
-    from vireport.study.measured import measured_data, measured_loops
-
-    return {"measured": measured_data(records), "measured_hysteresis": measured_loops(records)}
 
 
 def _requirements_data(criteria: tuple[Criterion, ...]) -> RequirementsData:
