@@ -296,7 +296,7 @@ def _end_of_branch(end: Mark) -> str:
 def _motions(
     motions: Motions, voltages: Voltages | None, labels: Sequence[str | None], bounds: dict[str, Floats]
 ) -> BranchData:
-    """A branch without its name and ends: columns of its motions; `labels` are those of the critical points among them."""
+    """A branch without name and ends; `labels` are those of the critical points among its motions."""
     return BranchData(
         **motion_columns(motions, voltages),
         critical_point=list(labels),
