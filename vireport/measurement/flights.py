@@ -409,6 +409,8 @@ def _column(
     # d and gbar are in the velocities of both flights, by (2.12); the restitution is in c alone.
     sides, duration, slope = impacts.walls[1:] - impacts.walls[:-1], flights.duration, rebounds.slope
     column = np.where(rebounds.wall > 0, by_bottom, by_top) * rebounds.share * w
+    # A unit of distance more adds 1/duration to both velocities of a flight across; a unit of gravity takes half the
+    # duration off the first, and adds as much to the last.
     column = column + by_d / 2 * (sides[first] / duration[first] + slope * sides[last] / duration[last])
     column = column + by_gbar / 2 * (slope * duration[last] - duration[first])
     if varied is DesignInput.FREQUENCY:

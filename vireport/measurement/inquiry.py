@@ -137,6 +137,7 @@ def tolerance_priors(block: TolerancesBlock | None, device: Device, unknowns: tu
     """Priors of the inputs that are not identified, from their tolerances as standard deviations."""
     if block is None:
         return ()
+    # A prior of the mean of both restitutions would bind those that are identified, and the other way round.
     taken = set(unknowns) | (set(RESTITUTIONS) if set(RESTITUTIONS) & set(unknowns) else set())
     normal = block.distribution is Distribution.NORMAL
     priors = []
@@ -145,6 +146,7 @@ def tolerance_priors(block: TolerancesBlock | None, device: Device, unknowns: tu
             continue
         value = float(device.value_of(varied))
         half = block.half_width(varied, value)
+        # A tolerance is three standard deviations of a normal distribution, and the root of 3 of a uniform one.
         if half > 0:
             priors.append(Prior(Unknown(varied.value), value, half / (3 if normal else sqrt(3))))
     return tuple(priors)

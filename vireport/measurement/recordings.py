@@ -349,6 +349,7 @@ def _recorded(
         place, size = NAMES[title]
         with np.errstate(over="ignore"):
             values = column if size == 1.0 else column * size
+        # Both extremes are not finite if any sample is not: records are long, and most need no array of flags.
         largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
         if not isfinite(largest):
             row = int(np.flatnonzero(~np.isfinite(values))[0])
@@ -406,6 +407,8 @@ def _clock(source: _Source, title: str, times: Array) -> tuple[float, tuple[Unbr
         row = int(np.flatnonzero(steps <= 0)[0]) + 1
         message = "is not after the time before it (allowed: ascending times, written with enough digits)"
         raise source.refused(title, row, float(times[row]), message)
+    # The median tells gaps from steps, whatever their number. But it has the rounding of one written time, of which the
+    # mean of all steps has a part only.
     usual = float(np.median(steps))
     _require_clock(name, usual)
     gaps = np.flatnonzero(steps > GAP * usual)
@@ -418,6 +421,7 @@ def _clock(source: _Source, title: str, times: Array) -> tuple[float, tuple[Unbr
     for first, last in pairwise(ends):
         stretch_times = times[first:last]
         late = stretch_times - step * np.arange(len(stretch_times))
+        # In the middle, where the largest distance of a time from the even clock is least.
         start = float((late.min() + late.max()) / 2)
         worst = max(worst, float(late.max() - late.min()) / 2)
         stretches.append(Unbroken(first, last, start))
@@ -457,7 +461,7 @@ def _of_csv(name: str, data: bytes) -> Recording:
         raise _refused(name, "", f"no sample follows the names (at least {FEWEST_SAMPLES} are needed)")
     rows = _numbers(name, data, end, titles, used)
     columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
-    del rows
+    del rows  # the columns are copies: a long record need not be in memory twice
     names = [titles[k] for k in used]
     times = _times(names, columns)
     return _recorded(_Source(name, partial(_cell_of, data, titles)), names, columns, times, 0.0)

@@ -206,6 +206,7 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
         )
     stated_errors, swept_values = (np.array(column) if column else None for column in (errors, values))
     record = Record(name, np.array(times), np.array(walls), layout.unused, swept=swept_values, errors=stated_errors)
+    # Along a sweep of the frequency that of the scenario may be far from all that was recorded.
     if swept_values is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
         frequency_hz = float(np.median(swept_values))
     _require_seconds(record, lines[0], frequency_hz)
@@ -297,6 +298,7 @@ def _values(
     for line, row in rows:
         if not row or (len(row) == 1 and not row[0].strip()):
             continue
+        # A file that is no record has a mistake in each of its lines.
         if mistakes.countless:
             break
         if len(row) != head:
@@ -344,6 +346,7 @@ def _no_membrane(text: str) -> str:
 def _number(text: str, line: int, column: str, mistakes: Mistakes) -> float | None:
     """The number in a cell; None of a cell without a finite one, which is added to the mistakes."""
     cell = text.strip()
+    # Python's numbers may have underscores, and digits of other scripts: what measures writes neither.
     try:
         value = float(cell) if cell.isascii() and "_" not in cell else None
     except ValueError:

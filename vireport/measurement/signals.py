@@ -112,6 +112,7 @@ def shaker_of(recording: Recording, device: Device, say: Progress = lambda what:
 def shaken(device: Device, shaker: ShakerMotion) -> Device:
     """The device with the force of a shaker's motion as it was measured, and those harmonics that are significant."""
     driven = device.with_values({DesignInput(x.value): value for x, value in _values(shaker, device.capsule_mass_kg)})
+    # What is not significant is noise of the sensor, and would be taken for a force.
     harmonics = tuple(Harmonic.of(h.order, h.percent, h.phase_deg) for h in shaker.harmonics if h.significant)
     return replace(driven, harmonics=harmonics)
 
@@ -157,6 +158,8 @@ def with_shaker(inquiry: Inquiry, shaker: ShakerMotion, delay_s: float) -> Inqui
     values = dict(_values(shaker, mass))
     priors = [prior for prior in inquiry.priors if prior.unknown not in OF_SHAKER]
     priors += [Prior(x, values[x], hypot(error, deviations.get(x, 0.0))) for x, error in measured.items()]
+    # Times are counted from a maximum of the force, so that its phase is 0, up to how well that maximum is known and
+    # by how much all impacts are heard later.
     priors.append(Prior(Unknown.PHASE, 0.0, hypot(shaker.phase_error, 2 * pi * shaker.frequency_hz * delay_s)))
     return Inquiry(model, tuple(x for x in inquiry.unknowns if x is not Unknown.PHASE), tuple(priors))
 

@@ -148,6 +148,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             period_ratio=scenario.period_ratio,
             capsule=scenario.device.capsule,
             ball_mass_kg=scenario.device.ball_mass_kg,
+            # One of 0 % would cost its terms in every evaluation, and be refused where a sine alone is known.
             harmonics=tuple(
                 Harmonic.of(harmonic.order, harmonic.percent, harmonic.phase_deg)
                 for harmonic in scenario.excitation.harmonics
@@ -390,6 +391,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         stroke = 2 * acceleration / omega**2
         velocity = acceleration / omega
         if self.harmonics:
+            # Each has its largest value at another phase, which is not that of a sine.
             largest = peaks(self.harmonics)
             force, acceleration = force * largest.force, acceleration * largest.force
             velocity, stroke = velocity * largest.impulse, stroke * largest.path
@@ -416,6 +418,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         of : float
             `FINEST_D` or `FINEST_GBAR`.
         """
+        # Motions take n periods, and their velocities grow as 1/(1 - r): so do their roundings.
         return of * self.period_ratio / (1 - float(max(stated(self.restitution))))
 
     def too_short(self, parameter: Parameter, value: Any) -> str:

@@ -470,6 +470,6 @@ def fitting(membrane: Membrane, deepest_m: float) -> Fitting:
     with np.errstate(over="ignore", under="ignore"):
         factor = float(np.power(deepest_m / membrane.active_radius_m, membrane.exponent + 1)) * (1 + INSIDE)
     lighter = membrane.reduced_mass_kg / factor
-    ball = lighter / (1 - lighter / membrane.free_capsule_kg)
+    ball = lighter / (1 - lighter / membrane.free_capsule_kg)  # the inverse of `reduced_mass_kg`
     values = ball, membrane.stiffness * factor, deepest_m * (1 + INSIDE)
     return Fitting(*(value if SMALLEST <= value <= LARGEST else None for value in values))

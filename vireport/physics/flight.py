@@ -104,7 +104,9 @@ def restitution_at_speed(stated: Any, share: Any, exponent: Any) -> tuple[Any, A
     `r + |Z'-| dr/d|Z'-| = (1 + exponent) r`. Where the law exceeds `LARGEST_RESTITUTION`
     the restitution is that, and so is the slope.
     """
-    # Both branches do the same: numbers of other kinds (decimals, numbers with errors) have no `np.where`.
+    # At speed 0, and for velocities of no impact that a solver tries, the power is infinite or no real number. The
+    # largest restitution stands there, as wherever the law exceeds it: so the velocity after is continuous. Both
+    # branches do the same: numbers of other kinds (decimals, numbers with errors) have no `np.where`.
     if isinstance(share, np.ndarray):
         with np.errstate(all="ignore"):
             r = stated * share**exponent
