@@ -106,7 +106,7 @@ def controls_of(scenario: Scenario) -> tuple[Control, ...]:
 def values_of(scenario: Scenario) -> dict[str, Any]:
     """The values behind all controls and choices, by their paths, None where one is not given; and the harmonics."""
     values = {path: value_at(scenario, path) for path in (*(path for path, _ in _paths(scenario)), *CHOICES)}
-    return {**values, "excitation.harmonics": [each.model_dump() for each in scenario.excitation.harmonics]}
+    return {**values, "excitation.harmonics": [harmonic.model_dump() for harmonic in scenario.excitation.harmonics]}
 
 
 def ends_of(scenario: Scenario, varied: ScalarInput) -> tuple[float, float]:

@@ -182,9 +182,9 @@ def _figure(figure: Task, page: Columns) -> Figure:
 
 def _conditions(drawings: Sequence[Drawing]) -> tuple[str, list[str]]:
     """Find what all scenarios hold, and what each holds beyond that."""
-    each = [held(drawing.study) for drawing in drawings]
-    common = [text for text in each[0] if all(text in texts for texts in each)]
-    return ", ".join(common), [", ".join(text for text in texts if text not in common) for texts in each]
+    conditions = [held(drawing.study) for drawing in drawings]
+    common = [text for text in conditions[0] if all(text in texts for texts in conditions)]
+    return ", ".join(common), [", ".join(text for text in texts if text not in common) for texts in conditions]
 
 
 def _caption(figure: Task, page: Columns, templates: Path | None) -> str:

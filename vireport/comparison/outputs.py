@@ -123,13 +123,13 @@ def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
     command : str
         As given, without folders.
     """
-    each = [provenance_of(study.loaded, command) for study in comparison.studies]
-    files = list(dict.fromkeys(origin.scenario_name for origin in each))
+    origins = [provenance_of(study.loaded, command) for study in comparison.studies]
+    files = list(dict.fromkeys(origin.scenario_name for origin in origins))
     name = ", ".join(files) if len(files) <= FEW_NAMES else f"{len(files)} files"
-    hashes = "".join(f"{origin.scenario_sha256}\n" for origin in each)
-    libraries = tuple(sorted({library for origin in each for library in origin.libraries}))
+    hashes = "".join(f"{origin.scenario_sha256}\n" for origin in origins)
+    libraries = tuple(sorted({library for origin in origins for library in origin.libraries}))
     return replace(
-        each[0], scenario_name=name, scenario_sha256=sha256(hashes.encode()).hexdigest(), libraries=libraries
+        origins[0], scenario_name=name, scenario_sha256=sha256(hashes.encode()).hexdigest(), libraries=libraries
     )
 
 

@@ -362,6 +362,7 @@ class _Border(Struct, frozen=True, eq=False):
             except (NumericalError, ArithmeticError):
                 return end.share, None
             share = float(solved.x[-1])
+        # Of a straight border its foot is nearer by the factor cos(turn), which is at least 1 - turn^2/2.
         return share, float(np.spacing(share)) + share * end.turn * end.turn
 
 

@@ -353,6 +353,7 @@ def _arrived(rows: Floats, targets: Sequence[Target], ratio: int) -> tuple[FromR
         return None
     recent = rows[-2 * PASSES :]
     bottom = recent[recent[:, WALL] == BOTTOM]
+    # Several in a row: on its way elsewhere an impact may come near a motion by chance.
     for target in targets if len(bottom) == PASSES else ():
         if target.distance(bottom) < target.radius:
             near = np.abs(wrapped(rows[:, PHASE] - target.phase)) < SETTLED

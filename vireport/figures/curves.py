@@ -245,7 +245,7 @@ def simulated_points(study: Study) -> PairedImpacts | None:
             for cycle in _distinct(attractors)
         ]
     else:
-        settled = [(each.value, each.d, each.motion) for each in study.attractors_from_rest if each.motion is not None]
+        settled = [(end.value, end.d, end.motion) for end in study.attractors_from_rest if end.motion is not None]
     families = () if study.atlas is None else study.atlas.doubled(ratio)
     drawn = {("BT", ratio), *((family.word.letters, family.word.periods) for family in families)}
     settled = [(value, d, cycle) for value, d, cycle in settled if (cycle.word, cycle.period) in drawn]

@@ -207,7 +207,7 @@ def _yielding(grid: DesignGrid, within: Ints) -> float | None:
     With a larger share the best design has a smaller objective, and more of its devices work.
     """
     # The first share is 0: a design that reaches the yield without any is the best there is, and needs no bracket.
-    low, high, share, reached = 0.0, 1.0, 0.0, None
+    low, high, share, least = 0.0, 1.0, 0.0, None
     for _ in range(HALVINGS):
         other = grid.tolerating(share)
         kept = other.tolerated(within)
@@ -216,14 +216,14 @@ def _yielding(grid: DesignGrid, within: Ints) -> float | None:
         t = None if row is None else refine(other.problem, grid.t[row], grid.spacing)
         point = None if t is None else other.judge(t)
         if point is None or point.tolerated:
-            high, reached = share, reached if point is None else share
+            high, least = share, least if point is None else share
         else:
             # From here on larger shares are tried: a cell that fails at this one fails at those.
             low, within = share, kept
         if high == low:
             break
         share = 1.0 if low == share == 0 else (low + high) / 2
-    return reached
+    return least
 
 
 def _climb(grid: DesignGrid, ranked: Ints, widest: float | None) -> tuple[list[int], list[int]]:

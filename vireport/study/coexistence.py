@@ -63,7 +63,7 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
     rows: dict[tuple[Outcome, str, int], dict[FoundBy, list[ValueRange]]] = {}
 
     def add(kind: tuple[Outcome, str, int], source: FoundBy, ranges: Iterable[ValueRange]) -> None:
-        rows.setdefault(kind, {each: [] for each in FoundBy})[source].extend(ranges)
+        rows.setdefault(kind, {way: [] for way in FoundBy})[source].extend(ranges)
 
     order = sorted(range(len(check.values)), key=lambda i: float(check.values[i]))
     values = [float(check.values[i]) for i in order]

@@ -370,7 +370,7 @@ def _design(
         margins=[margin_data(margin) for margin in design.margins],
         margins_unresolved=list(design.unresolved_inputs),
         stable_range=[_range(part, LIMIT_OF_INPUT) for part in design.stable_ranges],
-        distortion=None if design.distortions is None else [_distortion(each) for each in design.distortions],
+        distortion=None if design.distortions is None else [_distortion(least) for least in design.distortions],
         distortion_reason=no_distortion,
         restitution_bottom=UNSET if by_law is None else by_law.bottom.tolist(),
         restitution_top=UNSET if by_law is None else by_law.top.tolist(),
@@ -465,8 +465,8 @@ def _followed(followed: FollowedMotion) -> FollowedData:
         time=motion.time.tolist(),
         trace=followed.trace,
         multipliers=MultipliersData(
-            real=[each.real for each in followed.multipliers],
-            imaginary=[each.imag for each in followed.multipliers],
+            real=[multiplier.real for multiplier in followed.multipliers],
+            imaginary=[multiplier.imag for multiplier in followed.multipliers],
         ),
         error_bounds={name: rounded_up(bound[None])[0] for name, bound in errors.items()},
         stable_range=FollowedRange(

@@ -241,7 +241,7 @@ def test_a_window_ends_with_the_stable_motion() -> None:
 
 
 def test_the_stretches_of_a_sweep_join_and_have_the_outcome_that_is_told(monkeypatch) -> None:
-    monkeypatch.setattr("vireport.findings.outcomes.windows.ALONG", 9)
+    monkeypatch.setattr("vireport.findings.outcomes.windows.SWEEP_VALUES", 9)
 
     def outcomes(values):
         return outcomes_at(PAPER, Parameter.AMPLITUDE, values, False)

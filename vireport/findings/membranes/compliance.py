@@ -88,8 +88,8 @@ class StiffnessRung(ResultsBlock, frozen=True):
 
     @classmethod
     def of(cls, factor: float, motion: Continued | Absence, critical: Continued | Absence | None) -> StiffnessRung:
-        """The rung of what was reached; the first thing that was not gives the reason."""
-        lost = [reached.reason for reached in (motion, critical) if isinstance(reached, Absence)]
+        """The rung of what was followed to it; the first thing that was lost gives the reason."""
+        lost = [followed.reason for followed in (motion, critical) if isinstance(followed, Absence)]
         return cls(
             factor,
             motion.motion if isinstance(motion, Continued) else None,

@@ -13,7 +13,7 @@ from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import Look, Picture, Pixel, style
 from vireport.findings.outcomes.basin import Basins
-from vireport.findings.outcomes.shocks_figure import HEIGHT, OTHERS, OWN
+from vireport.findings.outcomes.shocks_figure import HEIGHT, OTHERS, RETURNING
 from vireport.findings.outcomes.steps import FIGURE_BASIN
 from vireport.simulation.events import BOTTOM
 
@@ -41,7 +41,7 @@ def picture(basins: Basins, templates: Path | None = None) -> Picture:
 def figure_basin(basins: Basins) -> Figure:
     """Phase against velocity just before the impact, coloured by what it leads to, with the motions' own impacts."""
     plane = basins.plane
-    colors = [OWN, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
+    colors = [RETURNING, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
     with style():
         figure, panels = blank(1)
         axes = panels[0, 0]
@@ -52,8 +52,8 @@ def figure_basin(basins: Basins) -> Figure:
             bottom = np.array(motion.word.walls) == BOTTOM
             velocity = motion.velocity[bottom] * basins.velocity_unit
             axes.plot(np.degrees(motion.phase[bottom]) % 360, velocity, **MOTION)
-        reached_ends = [number for number in range(len(colors)) if plane.share(number)]
-        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in reached_ends]
+        present = [number for number in range(len(colors)) if plane.share(number)]
+        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in present]
         marks: list[Entry] = [("stable motion", MOTION)] if basins.motions else []
         axes.set(xlim=extent[:2], ylim=extent[2:], xticks=range(0, 361, 60))
         axes.set(xlabel="forcing phase at the bottom impact [°]", ylabel="velocity just before [m/s]")

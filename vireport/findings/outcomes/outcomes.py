@@ -81,9 +81,9 @@ class Outcomes(Struct, frozen=True, eq=False):
     @property
     def values_over_sweep(self) -> int:
         """Values along a sweep at which the outcome is looked for, before edges are located."""
-        from vireport.findings.outcomes.windows import ALONG
+        from vireport.findings.outcomes.windows import SWEEP_VALUES
 
-        return ALONG
+        return SWEEP_VALUES
 
     @property
     def withstood_in_use(self) -> Withstood | None:

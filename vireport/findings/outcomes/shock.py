@@ -48,7 +48,7 @@ SETTLED = 4e-16
 WITHIN = 1e-3
 """Distance of the two ways, as a share of the jump, up to which they may have found one edge."""
 
-BESIDE = 1e-13, 1e-9
+JUST_BEYOND = 1e-13, 1e-9
 """How far beyond a manifold jumps are tried that must lead out if it is the edge, as a share of the jump."""
 
 ROUNDS = 12
@@ -401,7 +401,7 @@ class _Search:
             if jump is None or abs(jump - near.jump) > WITHIN * abs(near.jump):
                 continue
             # That a shock leads to the companion does not make it the edge: jumps just beyond have to lead out.
-            beyond = abs(jump) * (1 + np.geomspace(BESIDE[0], BESIDE[1], self.effort.zoom))
+            beyond = abs(jump) * (1 + np.geomspace(JUST_BEYOND[0], JUST_BEYOND[1], self.effort.zoom))
             delays, sign = np.full(len(beyond), near.delay), float(np.sign(jump))
             out = np.flatnonzero(self.leads_out(near.impact, delays, sign * beyond))
             if len(out):

@@ -24,7 +24,7 @@ from vireport.scenario.parameters import Parameter
 HEIGHT = 3.3
 """Height of the panel with its ticks and labels [in]."""
 
-OWN = Pixel.LIGHT
+RETURNING = Pixel.LIGHT
 """Colour of shocks that return."""
 
 OTHERS = Pixel.ORANGE, Pixel.PURPLE, Pixel.SKY, Pixel.GREEN, Pixel.GREY
@@ -61,8 +61,8 @@ def picture(outcomes: Outcomes, device: Device, templates: Path | None = None) -
 def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withstood) -> Figure:
     """The plane of shocks: time within the period against the jump, coloured by outcome, with the least one."""
     unit, shock = withstood.velocity_unit, withstood.shock
-    colors = [OWN, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
-    reached_ends = [number for number in range(len(colors)) if plane.share(number)]
+    colors = [RETURNING, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
+    present = [number for number in range(len(colors)) if plane.share(number)]
     with style():
         figure, panels = blank(1)
         axes = panels[0, 0]
@@ -72,7 +72,7 @@ def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withst
         axes.imshow(image, extent=(0.0, right, -top, top), origin="lower", aspect="auto", interpolation="nearest")
         for line in lines:
             axes.plot(line.time / 2, line.jump * unit, **MANIFOLD)
-        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in reached_ends]
+        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in present]
         marks: list[Entry] = [("onto the unstable motion", MANIFOLD)] if lines else []
         if shock is not None:
             for time in shock.motion.time - shock.motion.time[0]:

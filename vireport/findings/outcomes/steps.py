@@ -32,7 +32,7 @@ FIGURE_BASIN = AddedTask("figure-basin", "basins of attraction on the section of
 
 NO_BLOCK, BLOCK = "the scenario has no disturbances block (an empty one is enough)", AddedBlock("disturbances")
 
-GIVEN = Precondition(lambda scenario, _: value_at(scenario, "disturbances"), NO_BLOCK, adds=BLOCK)
+HAS_BLOCK = Precondition(lambda scenario, _: value_at(scenario, "disturbances"), NO_BLOCK, adds=BLOCK)
 COMPARED = Precondition(
     lambda scenario, formats: (
         value_at(scenario, "disturbances") or (formats and scenario.requirements and scenario.requirements.allowed)
@@ -77,12 +77,12 @@ def steps() -> Iterator[DeclaredStep]:
     # In this order, as each takes what those before it have found: the shock of the 1:1 motion is not looked for again
     # among all that coexist, and basins are those of the motions that were recognised there.
     has_disturbances, basin = "the scenario has a disturbances block", "disturbances.basin is true"
-    yield DeclaredStep(MOMENTS, (GIVEN, DESIGN, RAMPED), has_disturbances)
-    yield DeclaredStep(WINDOWS, (GIVEN, AT_ONCE, NUMBA, OUTPUT), has_disturbances)
-    yield DeclaredStep(SHOCK, (GIVEN, DESIGN, NUMBA, SHOCK_JUDGED), has_disturbances)
+    yield DeclaredStep(MOMENTS, (HAS_BLOCK, DESIGN, RAMPED), has_disturbances)
+    yield DeclaredStep(WINDOWS, (HAS_BLOCK, AT_ONCE, NUMBA, OUTPUT), has_disturbances)
+    yield DeclaredStep(SHOCK, (HAS_BLOCK, DESIGN, NUMBA, SHOCK_JUDGED), has_disturbances)
     why = "a disturbances block, or a word that is required, asks for it"
     yield DeclaredStep(COEXISTENCE, (COMPARED, DESIGN, NUMBA, WANTED), why)
-    yield DeclaredStep(JITTER, (GIVEN, KICKED, DESIGN, JITTER_JUDGED), "one of disturbances.jitter_... is given")
+    yield DeclaredStep(JITTER, (HAS_BLOCK, KICKED, DESIGN, JITTER_JUDGED), "one of disturbances.jitter_... is given")
     yield DeclaredStep(BASINS, (DESIGN, NUMBA, OUTPUT), basin, (DRAWN,))
-    yield DeclaredStep(FIGURE_SHOCKS, (GIVEN, DESIGN, NUMBA, PICTURES), has_disturbances, before=Task.FIGURE_CYCLE)
+    yield DeclaredStep(FIGURE_SHOCKS, (HAS_BLOCK, DESIGN, NUMBA, PICTURES), has_disturbances, before=Task.FIGURE_CYCLE)
     yield DeclaredStep(FIGURE_BASIN, (DESIGN, NUMBA, PICTURES), basin, (DRAWN,), before=Task.FIGURE_CYCLE)

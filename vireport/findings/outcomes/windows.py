@@ -46,7 +46,7 @@ WIDEST = 0.5
 UNTOLD = 1e-5
 """Distance, over the value, from where a motion ceases to be stable within which disturbances die out too slowly."""
 
-ALONG = 201
+SWEEP_VALUES = 201
 """Values along a sweep, between which edges are then located."""
 
 STRIP_EDGE = 1e-6
@@ -170,9 +170,9 @@ def _first_edge(around: FromRest, near: float, end: float, parts: int, value: fl
 def over_sweep(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeRange, ...]:
     """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
     # Evenly: where outcomes change is not known before. A range narrower than the spacing may be passed over.
-    values = np.linspace(min(start, end), max(start, end), ALONG)
-    reached = tuple(outcomes(values))
-    pairs = zip(pairwise(values.tolist()), pairwise(reached), strict=True)
+    values = np.linspace(min(start, end), max(start, end), SWEEP_VALUES)
+    sampled = tuple(outcomes(values))
+    pairs = zip(pairwise(values.tolist()), pairwise(sampled), strict=True)
     brackets = [(*ends, before) for ends, (before, after) in pairs if before.kind != after.kind]
     edges = np.array([bracket[:2] for bracket in brackets], dtype=float).reshape(-1, 2)
     kinds = [before.kind for *_, before in brackets]
@@ -182,8 +182,8 @@ def over_sweep(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeR
         same = np.array([outcome.kind == kind for outcome, kind in zip(outcomes(middle), kinds, strict=True)])
         edges = np.where(same[:, None], np.stack([middle, edges[:, 1]], 1), np.stack([edges[:, 0], middle], 1))
     places = [float(values[0]), *edges.mean(axis=1).tolist(), float(values[-1])]
-    firsts = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(reached)) if a.kind != b.kind)]
-    return tuple(OutcomeRange(*ends, reached[first]) for ends, first in zip(pairwise(places), firsts, strict=True))
+    firsts = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(sampled)) if a.kind != b.kind)]
+    return tuple(OutcomeRange(*ends, sampled[first]) for ends, first in zip(pairwise(places), firsts, strict=True))
 
 
 def window_of(solution: Solution, compiled: bool) -> Window | None:

@@ -212,10 +212,10 @@ def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
     NumericalError
         If the package for ball arithmetic is not installed.
     """
-    given = results_block(data, "disturbances").get("proof")
-    if given is None:
+    recorded = results_block(data, "disturbances").get("proof")
+    if recorded is None:
         raise UsageError("these results have no proof of disturbances (allowed: those of a scenario that asks for it)")
-    proof = read_record(given, ProofData, "results", "disturbances.proof")
+    proof = read_record(recorded, ProofData, "results", "disturbances.proof")
     try:
         regions = [
             ProvedRegion(

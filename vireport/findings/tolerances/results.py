@@ -209,11 +209,11 @@ def recheck(data: Mapping[str, Any]) -> float:
     UsageError
         If the results have no proof, or not all of its boxes.
     """
-    given = results_block(data, "tolerances").get("proof")
+    recorded = results_block(data, "tolerances").get("proof")
     scenario = load(results_block(data, "scenario")).scenario
-    if scenario.tolerances is None or given is None:
+    if scenario.tolerances is None or recorded is None:
         raise UsageError("these results have no proof over tolerances (allowed: those of a scenario with tolerances)")
-    proof = read_record(given, ProvedBoxes, "results", "tolerances.proof")
+    proof = read_record(recorded, ProvedBoxes, "results", "tolerances.proof")
     device = Device.of(scenario)
     try:
         boxes = np.array(proof.halved, dtype=np.intp), np.array([proof.u, proof.phi_bottom_rad, proof.velocity_bottom])

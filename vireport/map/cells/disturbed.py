@@ -21,10 +21,10 @@ def from_rest_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: 
     """What each cell comes to that is switched on at once, by compiled code; None where there is no word or period."""
     outcomes = tuple(outcomes_of(groups, motions, ratio, compiled=True))
     return {
-        "from_rest": np.array([DESTINATIONS.index(each.destination) for each in outcomes], dtype=np.int8),
-        "from_rest_word": [each.word or None for each in outcomes],
-        "from_rest_periods": [each.periods or None for each in outcomes],
-        "settles_after_periods": [each.settles_after for each in outcomes],
+        "from_rest": np.array([DESTINATIONS.index(outcome.destination) for outcome in outcomes], dtype=np.int8),
+        "from_rest_word": [outcome.word or None for outcome in outcomes],
+        "from_rest_periods": [outcome.periods or None for outcome in outcomes],
+        "settles_after_periods": [outcome.settles_after for outcome in outcomes],
     }
 
 

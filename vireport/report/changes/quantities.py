@@ -195,7 +195,9 @@ class ComparedScenario(Struct, frozen=True, eq=False, dict=True):
         """The device, whose swept parameter may be None."""
         scenario = self.scenario
         keys = asdict(scenario) | asdict(scenario.device) | asdict(scenario.excitation)
-        keys["harmonics"] = tuple(Harmonic.of(each.order, each.percent, each.phase_deg) for each in keys["harmonics"])
+        keys["harmonics"] = tuple(
+            Harmonic.of(harmonic.order, harmonic.percent, harmonic.phase_deg) for harmonic in keys["harmonics"]
+        )
         return Device(**{name: keys[name] for name in Device.__struct_fields__})
 
     @property
