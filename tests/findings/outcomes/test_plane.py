@@ -17,7 +17,7 @@ from vireport.findings.outcomes.manifold import on_shocks, stable_manifold
 from vireport.findings.outcomes.plane import shock_plane
 from vireport.findings.outcomes.returning import Recogniser, core_of, endings
 from vireport.findings.outcomes.shock import shocked
-from vireport.findings.outcomes.shocks_figure import LEAST, MANIFOLD, OWN
+from vireport.findings.outcomes.shocks_figure import LEAST, MANIFOLD, RETURNING
 from vireport.physics.device import Device
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped
@@ -161,7 +161,7 @@ def test_the_plane_of_shocks_shows_what_was_found() -> None:
     axes, withstood = drawn.figure.axes[0], study.outcomes.withstood
     (image,) = axes.images
     pixels = np.asarray(image.get_array())
-    returned = np.isclose(pixels, to_rgb(OWN)).all(axis=2)
+    returned = np.isclose(pixels, to_rgb(RETURNING)).all(axis=2)
     assert f"{100 * returned.mean():.1f} % of them return" in drawn.caption
     least = withstood.jump_m_s
     assert f"The least that leads out, {least:.2f} m/s" in drawn.caption
