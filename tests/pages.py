@@ -13,6 +13,9 @@ from pathlib import Path
 
 from msgspec import Struct, field
 
+from vireport.report.rendering import render_files
+from vireport.report.templates import AnyReport
+
 KEPT = Path(__file__).parent / "read"
 """What pages say, a file for each."""
 
@@ -185,3 +188,13 @@ def _keep(name: str, said: Sequence[str], part: str) -> None:
         others = [other.strip("\n") for other in parts if other.strip() and not other.strip().startswith(f"[{part}]\n")]
         text = "\n\n".join(sorted([*others, f"[{part}]\n{text}".strip("\n")])) + "\n"
     file.write_text(text, encoding="utf-8")
+
+
+def render_html(report: AnyReport, templates: Path | None = None) -> bytes:
+    """The page of a report."""
+    return render_files(report, {"html"}, templates)["report.html"]
+
+
+def render_pdf(report: AnyReport, templates: Path | None = None) -> bytes:
+    """The PDF of a report."""
+    return render_files(report, {"pdf"}, templates)["report.pdf"]

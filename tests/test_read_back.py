@@ -14,7 +14,7 @@ import pytest
 from conftest import EXAMPLES
 from jinja2 import nodes
 from msgspec.structs import replace
-from pages import KEPT, kept_lines, lines_of, read_back, tidy, without_numbers
+from pages import KEPT, kept_lines, lines_of, read_back, render_html, tidy, without_numbers
 from test_shown import DRAWN, LONG, OPENED, SIMULATED, pictures_of, results_of, search, study_of
 
 from vireport.comparison.comparison import Comparison, compare
@@ -27,7 +27,7 @@ from vireport.figures.style import Sheet, drawn_for
 from vireport.optimise import outputs
 from vireport.report.context import Report
 from vireport.report.markdown import FILTERS as MARKDOWN_FILTERS
-from vireport.report.rendering import render_html, render_markdown
+from vireport.report.rendering import render_markdown
 from vireport.report.templates import FILTERS
 from vireport.scenario.loading import load
 from vireport.study.plan import Task

@@ -21,7 +21,7 @@ from definitions import mean
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from msgspec.structs import replace
-from pages import Page, tidy
+from pages import Page, render_html, tidy
 from shown import Amount, Said, plain, table_faults, terminal_tables
 from shown_figures import (
     answer_faults,
@@ -70,7 +70,6 @@ from vireport.optimise.grid import JudgedDesign
 from vireport.optimise.problem import problem_of
 from vireport.optimise.search import SearchEvidence, SearchResult
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.report.templates import fill
 from vireport.scenario.loading import load
 from vireport.study.judging.opening import opening_of

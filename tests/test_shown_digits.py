@@ -10,7 +10,7 @@ from io import BytesIO
 import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
-from pages import Page
+from pages import Page, render_html, render_pdf
 from pypdf import PdfReader
 
 from vireport.bench.answers import study_answer
@@ -24,7 +24,6 @@ from vireport.map.chart.over import chart_of
 from vireport.report.ci_formats import github, junit
 from vireport.report.context import Report
 from vireport.report.markdown import fill_markdown
-from vireport.report.rendering import render_html, render_pdf
 from vireport.scenario.loading import load
 from vireport.study.provenance import provenance_of
 from vireport.study.study import Study, analyse

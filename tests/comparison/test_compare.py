@@ -18,7 +18,7 @@ from conftest import EXAMPLES, first, sentences, study
 from matplotlib.figure import Figure
 from msgspec import UNSET
 from msgspec.structs import replace
-from pages import Page
+from pages import Page, render_html
 from PIL import Image
 
 import vireport
@@ -41,7 +41,7 @@ from vireport.physics.energy import Membrane
 from vireport.report.changes.quantities import STANDARD_ERRORS, ComparedScenario, QuantityGroup, compared_scenarios
 from vireport.report.changes.sentences import listed
 from vireport.report.changes.table import NO_DIFFERENCE, ComparisonRow, axes_of, comparison_rows
-from vireport.report.rendering import render_html, render_markdown
+from vireport.report.rendering import render_markdown
 from vireport.scenario.parameters import DesignInput
 from vireport.study.judging.least_margin import margin_to_use
 from vireport.study.judging.verdict import Conclusion

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from pages import lines_of, read_back
+from pages import lines_of, read_back, render_html
 
 from vireport.base.errors import UsageError
 from vireport.cli.app import main
@@ -17,7 +17,6 @@ from vireport.paper.outputs import paper_provenance
 from vireport.paper.page import PaperReport
 from vireport.paper.reproduction import EXAMPLES, FILES, ReproducedPaper, reproduce_paper
 from vireport.paper.results import paper_data
-from vireport.report.rendering import render_html
 from vireport.study.judging.verdict import Status
 
 pytestmark = pytest.mark.slow

@@ -13,13 +13,12 @@ import yaml
 from conftest import EXAMPLES, markdown
 from junitparser import Failure, JUnitXml
 from msgspec.structs import replace
-from pages import Page
+from pages import Page, render_html
 
 from vireport import analyse, load, loads
 from vireport.cli.app import main
 from vireport.report.ci_formats import github, junit
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.scenario.document import read
 from vireport.study.plan import ALL_FORMATS, FORMATS
 from vireport.study.provenance import provenance_of

@@ -10,12 +10,11 @@ from html.parser import HTMLParser
 
 import pytest
 from msgspec.structs import replace
-from pages import tidy
+from pages import render_html, tidy
 
 from vireport.figures.pictures import pictures
 from vireport.figures.style import Picture
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.report.templates import fill
 from vireport.study.provenance import provenance_of, with_pages
 from vireport.study.study import Study

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import json
 import re
+from functools import partial
 from io import BytesIO
 from math import pi, radians, sin
 from pathlib import Path
 from tempfile import gettempdir
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import typst
 from conftest import first
 from msgspec.structs import replace
-from pages import Page, squeeze, tidy
+from pages import Page, render_html, render_pdf, squeeze, tidy
 from pypdf import PdfReader
 
 from vireport.base.errors import RenderError, UsageError
 from vireport.figures.layout import blank
 from vireport.figures.style import Picture
 from vireport.report.context import Report
-from vireport.report.rendering import render_html, render_pdf
 from vireport.report.tables import RunTables
 from vireport.scenario.loading import load, loads
 from vireport.study.provenance import provenance_of, with_pages
@@ -319,8 +321,15 @@ def test_the_page_is_accessible(name: str, page) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_pdf_ua_1(name: str, model) -> None:
-    reader = PdfReader(BytesIO(render_pdf(model(name), standards=["ua-1"])))
+def test_pdf_ua_1(name: str, model, monkeypatch) -> None:
+    """Typst refuses what does not conform to it, where it is told to."""
+    real = typst.Compiler
+
+    def strict(**given: Any) -> SimpleNamespace:
+        return SimpleNamespace(compile=partial(real(**given).compile, pdf_standards=["ua-1"]))
+
+    monkeypatch.setattr(typst, "Compiler", strict)
+    reader = PdfReader(BytesIO(render_pdf(model(name))))
     assert reader.trailer["/Root"]["/MarkInfo"]["/Marked"]
     assert reader.trailer["/Root"]["/Lang"] == "en"
 

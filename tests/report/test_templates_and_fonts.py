@@ -9,12 +9,12 @@ import threading
 from pathlib import Path
 
 import pytest
+from pages import render_html
 
 from vireport import analyse, load
 from vireport.base.errors import RenderError
 from vireport.cli.app import main
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.study.provenance import provenance_of
 
 ROOT = Path(__file__).resolve().parents[2]

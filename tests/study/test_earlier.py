@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pages import render_html, render_pdf
 from pypdf import PdfReader, PdfWriter
 
 from vireport import analyse, load
 from vireport.base.errors import UsageError
 from vireport.cli.app import main
 from vireport.report.context import Report
-from vireport.report.rendering import render_html, render_pdf
 from vireport.scenario.blocks import to_dict
 from vireport.study.earlier import earlier_run, read_earlier
 from vireport.study.provenance import provenance_of

@@ -7,11 +7,11 @@ import math
 
 import pytest
 from conftest import EXAMPLES
+from pages import render_html
 
 from vireport.base.errors import ScenarioError
 from vireport.physics import flight
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.scenario.loading import load
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of

@@ -7,13 +7,13 @@ import json
 import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
+from pages import render_html
 
 from vireport.figures.device import drawn_motion
 from vireport.motions.events import Event
 from vireport.physics.device import Device
 from vireport.report.changes.quantities import ComparedScenario
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter
 from vireport.study.plan import Task, plan

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import EXAMPLES
 from msgspec.structs import replace
+from pages import render_html
 
 from vireport.base.errors import UsageError
 from vireport.findings.tolerances.results import recheck
@@ -16,7 +17,6 @@ from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.report.changes.quantities import ComparedScenario
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.plan import Task, plan

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Set
+from collections.abc import Callable, Collection, Iterator, Set
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
@@ -61,8 +61,27 @@ def render_files(
 ) -> dict[str, bytes]:
     """Set a report and its figures as files, by their names; `formats` are any of html, pdf, png, svg and figure-pdf.
 
-    Typst sets the PDF while Python draws the other files and makes those that `meanwhile` gives. Figures that are
-    `on_pages` alone are no files. The other parameters and the errors are those of `render_pdf`.
+    Typst sets the PDF while Python draws the other files.
+
+    Parameters
+    ----------
+    report : AnyReport
+    formats : set of str
+    templates : Path, optional
+        A folder whose templates come before ours.
+    paper : str
+        A key of `PAPERS`.
+    meanwhile : callable
+        Makes further files while Typst is at work.
+    on_pages : collection of str
+        Names of figures that are no files.
+
+    Raises
+    ------
+    UsageError
+        If there is no such folder.
+    RenderError
+        Where a template fails, with the line.
     """
     files = dict[str, bytes]()
     with _offline(), _styled(report), ThreadPoolExecutor(max_workers=1) as executor:
@@ -98,26 +117,6 @@ def _styled(report: AnyReport) -> AbstractContextManager[None]:
     return style()
 
 
-@_offline()
-def render_html(report: AnyReport, templates: Path | None = None) -> bytes:
-    """Set a report as one HTML file that needs nothing else.
-
-    Parameters
-    ----------
-    report : AnyReport
-    templates : Path, optional
-        A folder whose templates come before ours.
-
-    Raises
-    ------
-    UsageError
-        If there is no such folder.
-    RenderError
-        Where a template fails, with the line.
-    """
-    return _page(report, _filled(report, templates), templates)
-
-
 def _filled(report: AnyReport, templates: Path | None) -> str:
     from vireport.report.templates import fill
 
@@ -145,37 +144,10 @@ def _of_page(report: AnyReport) -> dict[str, str]:
 
 
 def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
-    """Set a summary as Markdown, for a pull request or the page of a job; its parameters are those of `render_html`."""
+    """Set a summary as Markdown, for a pull request or the page of a job; see `render_files`."""
     from vireport.report.markdown import fill_markdown
 
     return fill_markdown(report, templates).encode("utf-8")
-
-
-@_offline()
-def render_pdf(
-    report: AnyReport, templates: Path | None = None, standards: Iterable[str] = (), paper: str = "a4"
-) -> bytes:
-    """Set a report by Typst as a PDF.
-
-    Parameters
-    ----------
-    report : AnyReport
-    templates : Path, optional
-        A folder whose templates come before ours.
-    standards : iterable of str
-        That the PDF has to conform to, e.g. "ua-1".
-    paper : str
-        A key of `PAPERS`.
-
-    Raises
-    ------
-    UsageError
-        If there is no such folder.
-    RenderError
-        Where a template fails, with the line.
-    """
-    source, drawn = _filled(report, templates), _of_paper(report)
-    return _compiled(report, source, templates, "pdf", drawn, standards, PAPERS[paper])
 
 
 def _compiled(
@@ -184,7 +156,6 @@ def _compiled(
     templates: Path | None,
     output: Literal["html", "pdf"],
     drawn: dict[str, str],
-    standards: Iterable[str] = (),
     paper: str = "",
 ) -> bytes:
     """What Typst makes of a filled template with what is `drawn`; characters that a PDF's fonts lack are numbers."""
@@ -197,12 +168,7 @@ def _compiled(
     inputs = drawn | {"output": output, "lacking": lacking, "paper": paper}
     compiler = typst.Compiler(root=TEMPLATES, ignore_system_fonts=True, sys_inputs=inputs)
     try:
-        file = compiler.compile(
-            source.encode("utf-8"),
-            format=output,
-            pdf_standards=list(standards),  # type: ignore[arg-type]
-            timestamp=report.provenance.epoch,
-        )
+        file = compiler.compile(source.encode("utf-8"), format=output, timestamp=report.provenance.epoch)
     except typst.TypstError as error:
         raise RenderError(_diagnostic(error, report, source, templates)) from error
     if not isinstance(file, bytes):

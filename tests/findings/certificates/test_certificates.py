@@ -25,12 +25,12 @@ from vireport.study.checks.forty_digits import critical_motion
 pytest.importorskip("flint")
 
 from flint import arb
+from pages import render_html
 
 from vireport.findings.certificates.printed import certify_text
 from vireport.findings.certificates.proofs import certify, certify_point
 from vireport.findings.certificates.results import Certificate
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.study.checks.confinement import stays_between
 from vireport.study.checks.enclosures import (
     BallOps,

@@ -9,6 +9,7 @@ from html import unescape
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from pages import render_html
 
 from vireport import analyse, loads
 from vireport.base.errors import ScenarioError, UsageError
@@ -18,7 +19,6 @@ from vireport.motions.generation import generation, ladder
 from vireport.motions.switching import Limits
 from vireport.physics.energy import generated_voltage
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.report.tables import RunTables
 from vireport.study.provenance import provenance_of
 from vireport.study.results import branches_csv

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pages import render_html
 
 from vireport import analyse, load, loads
 from vireport.figures.pictures import pictures
 from vireport.physics.groups import Groups
 from vireport.report.context import Report
-from vireport.report.rendering import render_html
 from vireport.scenario.blocks import Direction, SimulationBlock
 from vireport.simulation.attractors import Outcome
 from vireport.simulation.events import BOTTOM
