@@ -16,7 +16,6 @@ from msgspec import Struct, to_builtins
 
 from vireport.base.encoding import json_text
 from vireport.base.errors import VireportError
-from vireport.base.progress import Progress
 from vireport.bench.answers import margins_answer, plane_answer, study_answer
 from vireport.bench.changes import changes
 from vireport.bench.jobs import Aside, Job
@@ -49,7 +48,8 @@ def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None])
                 answer = plane_answer(loads(job.text, job.name, job.overrides, job.place), job.axes, job.ranges)
             else:
                 if last is None or not last.job.same_scenario(job):
-                    last = _Last(job, _study(job, say))
+                    loaded = loads(job.text, job.name, job.overrides, job.place)
+                    last = _Last(job, analyse(loaded, (Task.JSON,), say))
                 if job.kind is Aside.STUDY:
                     answer = study_answer(last.study)
                 else:
@@ -57,10 +57,6 @@ def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None])
         except VireportError as error:
             answer = refusal(error)
         write(number, {"answer": answer})
-
-
-def _study(job: Job, say: Progress) -> Study:
-    return analyse(loads(job.text, job.name, job.overrides, job.place), (Task.JSON,), say)
 
 
 def main() -> None:

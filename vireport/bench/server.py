@@ -241,7 +241,8 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
         question = self._question()
         if what in ("first", "margins", "save"):
-            self._send_json(_refusing(partial(self.bench.quick, what, question)))
+            answer = _refusing(partial(self.bench.quick, what, question))
+            self._send(HTTPStatus.OK, json_answer(answer), "application/json")
         elif what == "report":
             self._stream(self.bench.report(question))
         elif what in set(Aside):
@@ -259,9 +260,6 @@ class _Handler(BaseHTTPRequestHandler):
             return msgspec.json.decode(self.rfile.read(int(length)), type=Asked)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise Refused(HTTPStatus.BAD_REQUEST) from error
-
-    def _send_json(self, answer: Mapping[str, Any] | None) -> None:
-        self._send(HTTPStatus.OK, json_answer(answer), "application/json")
 
     def _stream(self, answers: Iterator[dict[str, Any]]) -> None:
         """Send answers as they come, each a line."""

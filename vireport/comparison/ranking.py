@@ -107,11 +107,6 @@ class Ranked(Struct, frozen=True, eq=False):
         return f"<Ranked {self.rank}: {visible(self.name)}, {self.study.verdict.word}>"
 
     @property
-    def impacts_per_second(self) -> float:
-        """How often the ball strikes a membrane in a 1:1 motion [Hz]."""
-        return _impacts_per_second(self.study.solution.device)
-
-    @property
     def stable(self) -> bool:
         """Whether there is stable motion, at the design point where there is one."""
         return bool(self.merits[Merit.STABILITY])
@@ -319,7 +314,7 @@ def ranking_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Ta
     merits = [merit for merit in RANKING_COLUMNS if merit in order]
     filled = [merit for merit in merits if any(scenario.said(merit) != ABSENT for scenario in ranked)]
     # Of devices that strike equally often it is the same multiple of the mean voltage.
-    if len({scenario.impacts_per_second for scenario in ranked}) == 1:
+    if len({_impacts_per_second(scenario.study.solution.device) for scenario in ranked}) == 1:
         filled = [merit for merit in filled if merit is not Merit.RATE]
     heads = [_said(f"head_{merit}") for merit in filled]
     rows = [[*map(scenario.said, filled)] for scenario in ranked]
@@ -330,18 +325,14 @@ def ranking_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Ta
             row.insert(after, scenario.room[1])
     scenario_head, rank_head, *other_heads = spoken([*map(_said, HEADS), *heads], templates)
     columns = (*texts(scenario_head), *numbers(rank_head), *texts(*other_heads))
+    against = [[held_against(of) for of in scenario.study.verdict.conclusions] for scenario in ranked]
     cells = tuple(
-        (scenario.name, str(scenario.rank), _verdict(scenario, templates), *spoken(row, templates))
-        for scenario, row in zip(ranked, rows, strict=True)
+        (scenario.name, str(scenario.rank), _said("verdict", held).words(templates), *spoken(row, templates))
+        for scenario, held, row in zip(ranked, against, rows, strict=True)
     )
     requested = [_said(f"by_{merit}") for merit in order if merit in RANK_BY.values()]
     note = _said("ranked_by_rate" if Merit.RATE in filled else "ranked_by", requested)
     return Table(_said("ranking").words(templates), columns, cells, note.words(templates))
-
-
-def _verdict(scenario: Ranked, templates: Path | None) -> str:
-    """All that holds against a scenario."""
-    return _said("verdict", [held_against(of) for of in scenario.study.verdict.conclusions]).words(templates)
 
 
 def margins_table(ranked: Sequence[Ranked], templates: Path | None = None) -> Table | None:

@@ -200,7 +200,7 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
                     margin,
                     ends_stability=not end.taken_over,
                     taken_over=end.taken_over,
-                    derivatives=_no_derivatives(varied),
+                    derivatives={other: None for other in DesignInput if other is not varied},
                 )
                 for varied, margin in bracketed.items()
             ]
@@ -417,11 +417,6 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
         normal[2] += float(2 * force * n * groups.friction / (1 + r) ** 2)
         normal.append(float(n * (pi * impulse - force * (1 - r) / (1 + r))))
     return np.array(normal)
-
-
-def _no_derivatives(varied: DesignInput) -> dict[DesignInput, float | None]:
-    """Unknown derivatives of a margin in an input by all other inputs."""
-    return {other: None for other in DesignInput if other is not varied}
 
 
 def _derivatives(

@@ -13,7 +13,7 @@ from vireport.figures.labels import Label
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import DASHED, GUIDE, Color, Look, Picture, style
 from vireport.findings.membranes.compliance import Compliance
-from vireport.findings.membranes.solvers import ADAPTIVE, FIXED, WRONG, RunOutcome, SolverRun
+from vireport.findings.membranes.solvers import ADAPTIVE, FIXED, WRONG, RunOutcome
 from vireport.findings.membranes.tables import quantity_label
 from vireport.study.plan import AnyTask
 from vireport.text.formatting import factor_text
@@ -94,14 +94,11 @@ def _errors(axes: Axes, comparison: Compliance, factors: list[float]) -> None:
             k = factors.index(run.factor)
             look = MARK | {"marker": MARKERS[run.solver], "color": STIFFNESSES[k], "markersize": SIZES[k]}
             look |= {} if run.outcome is RunOutcome.SOLVED else HOLLOW
-            axes.plot(1e3 * run.seconds, _height(run), **look)
+            height = LARGEST if run.error is None else min(max(run.error, SMALLEST), LARGEST)
+            axes.plot(1e3 * run.seconds, height, **look)
     axes.axhline(WRONG, **GUIDE)
     axes.set_ylim(min(axes.get_ylim()[0], SMALLEST_ON_AXIS), 2 * LARGEST)
     axes.minorticks_off()
-
-
-def _height(run: SolverRun) -> float:
-    return LARGEST if run.error is None else min(max(run.error, SMALLEST), LARGEST)
 
 
 def _rates(axes: Axes, comparison: Compliance) -> list[Label]:

@@ -81,7 +81,11 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
 
     def rows(show: Callable[[SolverRun], str]) -> tuple[tuple[str, ...], ...]:
         return tuple(
-            (solver, setting_text(solver, setting), *(show(runs[solver, setting, f]) for f in factors))
+            (
+                solver,
+                str(int(setting)) if solver == FIXED else factor_text(setting),  # a number of steps, or a tolerance
+                *(show(runs[solver, setting, f]) for f in factors),
+            )
             for solver, setting in ladder
         )
 
@@ -95,11 +99,6 @@ def quantity_label(comparison: Compliance, convergence: Convergence) -> str:
     if convergence.quantity == "critical value" and comparison.critical is not None:
         return comparison.critical.label
     return convergence.quantity
-
-
-def setting_text(solver: str, setting: float) -> str:
-    """A tolerance, or a number of steps."""
-    return str(int(setting)) if solver == FIXED else factor_text(setting)
 
 
 def _compared_row(compared: Compared, say: Words) -> tuple[str, ...]:

@@ -68,9 +68,6 @@ class Jitter(Struct, frozen=True, eq=False):
     Attributes
     ----------
     motion : Motion
-    kick, restitution_scatter : float
-        Standard deviations of the velocity added just after each impact [y_c], and of the restitution coefficient from
-        impact to impact [-]; each impact's are independent of all others.
     covariance : ndarray (N, 2, 2)
         Of time [t_c] and velocity just before [y_c] at each impact, by linear theory.
     mean : ndarray (N, 2)
@@ -83,8 +80,6 @@ class Jitter(Struct, frozen=True, eq=False):
     """
 
     motion: Motion
-    kick: float
-    restitution_scatter: float
     covariance: Floats
     mean: Floats
     error: float
@@ -99,12 +94,6 @@ class Jitter(Struct, frozen=True, eq=False):
     def velocity(self) -> Floats:
         """Standard deviation of the velocity just before each impact, (N,) [y_c]."""
         return np.asarray(np.sqrt(self.covariance[:, 1, 1]))
-
-    @property
-    def correlation(self) -> Floats:
-        """Between phase and velocity of each impact, (N,); zero where nothing spreads."""
-        size = np.sqrt(self.covariance[:, 0, 0] * self.covariance[:, 1, 1])
-        return np.divide(self.covariance[:, 0, 1], size, out=np.zeros_like(size), where=size > 0)
 
     def voltage_v(self, membrane: Membrane, velocity_unit: float) -> Floats:
         """Standard deviation of the voltage gained at each impact, to first order in that of the velocity, (N,) [V].
@@ -203,7 +192,7 @@ def jitter(groups: Groups[float], motion: Motion, kick: float, restitution_scatt
     for matrix, source in zip(matrices[:-1], sources[:-1], strict=True):
         covariance.append(matrix @ covariance[-1] @ matrix.T + source)
     if not kicks.any():
-        return Jitter(motion, kick, restitution_scatter, np.array(covariance), np.zeros((len(matrices), 2)), 0.0, inf)
+        return Jitter(motion, np.array(covariance), np.zeros((len(matrices), 2)), 0.0, inf)
     room = _room(groups, motion, restitution_scatter)
     # Kicks may be so small that what they neglect is lost in rounding: the error is then that of larger ones, scaled
     # back by the square of the factor, by which it grows at first.
@@ -226,7 +215,7 @@ def jitter(groups: Groups[float], motion: Motion, kick: float, restitution_scatt
             if room < 1:
                 return NoJitter(Unsettled.IMPOSSIBLE, holds)
             shifts = mean / factor**2
-            return Jitter(motion, kick, restitution_scatter, spreads, shifts, error / factor**2, holds)
+            return Jitter(motion, spreads, shifts, error / factor**2, holds)
     return NoJitter(Unsettled.TOO_LARGE, 0.0)
 
 

@@ -38,11 +38,11 @@ BREAK = 4.0
 
 
 class ManifoldPiece(Struct, frozen=True, eq=False):
-    """A continuous part of the manifold: flights that end on one membrane and begin on one, as arrays (n,).
+    """A continuous part of the manifold: flights that begin on one membrane and end on one, as arrays (n,).
 
     Attributes
     ----------
-    start_wall, end_wall : int
+    start_wall : int
         1 bottom, -1 top.
     start_time, end_time : ndarray
         [t_c], the forcing phase being pi times that; each flight by a clock of its own, which may be whole forcing
@@ -52,7 +52,6 @@ class ManifoldPiece(Struct, frozen=True, eq=False):
     """
 
     start_wall: int
-    end_wall: int
     start_time: Floats
     end_time: Floats
     after: Floats
@@ -188,9 +187,8 @@ def _cut(
     pieces = []
     for rows in np.split(np.arange(len(part)), np.flatnonzero(~joined) + 1):
         if len(rows) > 1:
-            start, end = int(begun.wall[rows[0]]), int(line.wall[rows[0]])
             columns = (begun.time, line.time, begun.velocity, line.before)
-            pieces.append(ManifoldPiece(start, end, *(column[rows] for column in columns)))
+            pieces.append(ManifoldPiece(int(begun.wall[rows[0]]), *(column[rows] for column in columns)))
     return pieces, back
 
 

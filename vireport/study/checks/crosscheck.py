@@ -203,7 +203,8 @@ def crosscheck(
     ]
     pairs = [pair for group, _ in checked for pair in group]
     n = device.period_ratio
-    at_stable = [(values[i], end) for i, motions in enumerate(orbits) if _has_stable(motions) for end in ends[i]]
+    stable = [i for i, motions in enumerate(orbits) if motions is not None and motions.stable_mask.any()]
+    at_stable = [(values[i], end) for i in stable for end in ends[i]]
     elsewhere = [(value, end) for value, end in at_stable if not is_one_to_one(end, n)]
     portraits = [_portrait(device, parameter, value, block.starts, seed) for value in block.portraits]
     displacements = [_portrait(device, parameter, value, block.starts, seed) for value in block.displacement]
@@ -264,10 +265,6 @@ def _fastest(motions: Motions | None) -> float:
     # Starts reach as fast as the fastest motion, stable or not, or its basin might not be sampled.
     speeds = np.maximum(motions.velocity_bottom, -motions.velocity_top)[motions.admissible_mask]
     return float(speeds.max(initial=0.0))
-
-
-def _has_stable(motions: Motions | None) -> bool:
-    return motions is not None and bool(motions.stable_mask.any())
 
 
 def _counted(ends: Iterable[tuple[float, Attractor]]) -> tuple[MotionCount, ...]:
