@@ -48,3 +48,13 @@ def branches_taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(wording, "_environment", lambda templates: environment)
         yield lambda: (environment.branches, told)
+
+
+def say_every_branch(*rows: tuple[str, str, tuple[object, ...], str]) -> None:
+    """Hold what macros say, by their file and what they are given, and that their files have no branch besides."""
+    with branches_taken() as taken:
+        for words, macro, given, part in rows:
+            assert part in wording.Words(words)(macro, *given), (words, macro)
+        branches, told = taken()
+    assert {branch.partition(":")[0] for branch in branches} == {f"words/{row[0]}.j2" for row in rows}
+    assert branches - told == set()

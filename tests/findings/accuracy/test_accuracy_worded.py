@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-import pytest
-from branches import branches_taken
+from branches import say_every_branch
 
 from vireport.motions.events import Event
 from vireport.scenario.parameters import Parameter
-from vireport.text.templates import Words
 
 B1 = SimpleNamespace(label="B1", event=Event.PERIOD_DOUBLING)
 LENGTH = Parameter.LENGTH
@@ -60,24 +58,7 @@ SAID: list[tuple[str, tuple[object, ...], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("macro", "x", "part"), FIGURES)
-def test_the_figure_is_worded(macro: str, x: dict[str, object], part: str) -> None:
-    say = Words("figures/accuracy")
-    assert part in say(macro, x)
-    assert say("figure_accuracy_title")
-
-
-@pytest.mark.parametrize(("macro", "given", "part"), SAID)
-def test_the_tables_are_worded(macro: str, given: tuple[object, ...], part: str) -> None:
-    assert part in Words("accuracy")(macro, *given)
-
-
-def test_every_branch_of_the_words_is_said_above() -> None:
-    with branches_taken() as taken:
-        for macro, x, _ in FIGURES:
-            Words("figures/accuracy")(macro, x)
-        for macro, given, _ in SAID:
-            Words("accuracy")(macro, *given)
-        branches, told = taken()
-    assert {branch.partition(":")[0] for branch in branches} == {"words/accuracy.j2", "words/figures/accuracy.j2"}
-    assert branches - told == set()
+def test_every_branch_of_the_words_is_said() -> None:
+    figures = (("figures/accuracy", macro, (x,), part) for macro, x, part in FIGURES)
+    title = "figures/accuracy", "figure_accuracy_title", (), " "
+    say_every_branch(title, *figures, *(("accuracy", *row) for row in SAID))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from branches import branches_taken
+from branches import say_every_branch
 from conftest import EXAMPLES, first, solved
 from msgspec.structs import replace
 from pages import Page
@@ -276,20 +276,9 @@ FIGURES = [
 ]
 
 
-@pytest.mark.parametrize(("macro", "x", "part"), FIGURES)
-def test_the_figure_is_worded(macro: str, x: dict[str, object], part: str) -> None:
-    say = Words("figures/driven")
-    assert part in say(macro, x)
-    assert say("figure_driven_title")
-
-
-def test_every_branch_of_the_figure_is_said_above() -> None:
-    with branches_taken() as taken:
-        for macro, x, _ in FIGURES:
-            Words("figures/driven")(macro, x)
-        branches, told = taken()
-    assert branches
-    assert branches - told == set()
+def test_every_branch_of_the_figure_is_said() -> None:
+    figures = (("figures/driven", macro, (x,), part) for macro, x, part in FIGURES)
+    say_every_branch(("figures/driven", "figure_driven_title", (), " "), *figures)
 
 
 SAID = {

@@ -6,7 +6,7 @@ from importlib import import_module
 from types import SimpleNamespace
 
 import pytest
-from branches import branches_taken
+from branches import say_every_branch
 from conftest import solved
 
 from vireport.findings.membranes.compliance import Grade, Unit
@@ -21,7 +21,6 @@ from vireport.study.judging.verdict import verdict_of
 from vireport.study.plan import plan
 from vireport.text.alerts import AlertCode
 from vireport.text.patterns import patterns
-from vireport.text.templates import Words
 
 
 def thing(**of: object) -> SimpleNamespace:
@@ -109,27 +108,10 @@ SAID: list[tuple[str, tuple[object, ...], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("macro", "x", "part"), FIGURES)
-def test_the_figure_is_worded(macro: str, x: dict[str, object], part: str) -> None:
-    say = Words("figures/stiffness")
-    assert part in say(macro, x)
-    assert say("figure_stiffness_title")
-
-
-@pytest.mark.parametrize(("macro", "given", "part"), SAID)
-def test_the_comparison_is_worded(macro: str, given: tuple[object, ...], part: str) -> None:
-    assert part in Words("compliant")(macro, *given)
-
-
-def test_every_branch_of_the_words_is_said_above() -> None:
-    with branches_taken() as taken:
-        for macro, x, _ in FIGURES:
-            Words("figures/stiffness")(macro, x)
-        for macro, given, _ in SAID:
-            Words("compliant")(macro, *given)
-        branches, told = taken()
-    assert {branch.partition(":")[0] for branch in branches} == {"words/compliant.j2", "words/figures/stiffness.j2"}
-    assert branches - told == set()
+def test_every_branch_of_the_words_is_said() -> None:
+    figures = (("figures/stiffness", macro, (x,), part) for macro, x, part in FIGURES)
+    title = "figures/stiffness", "figure_stiffness_title", (), " "
+    say_every_branch(title, *figures, *(("compliant", *row) for row in SAID))
 
 
 def moved(stable: bool, *shifts: tuple[object, float], **changed: object) -> SimpleNamespace:
