@@ -1332,8 +1332,8 @@ class FromRestData(ResultsBlock, frozen=True, kw_only=True):
     ramp_periods: float | None = None
     motion: FollowedData | None = None
     share_of_switch_on_phases: float | UnsetType | None = UNSET
-    ramp_that_reaches_1_1: Any = UNSET
-    window: Any = UNSET
+    ramp_that_reaches_1_1: ResultsBlock | UnsetType | None = UNSET
+    window: ResultsBlock | UnsetType | None = UNSET
     along_sweep: list[OutcomeRangeData] = []
     proved: bool | UnsetType | None = UNSET
 
@@ -1421,10 +1421,10 @@ class DisturbancesData(ResultsBlock, frozen=True, kw_only=True):
     recovery_s: float | None = None
     recovery_error_bound_periods: float | None = None
     recovery_reason: str | None = None
-    jitter: Any = UNSET
-    coexistence: Any = UNSET
-    basin: Any = UNSET
-    proof: Any = UNSET
+    jitter: ResultsBlock | UnsetType | None = UNSET
+    coexistence: ResultsBlock | UnsetType | None = UNSET
+    basin: ResultsBlock | UnsetType | None = UNSET
+    proof: ResultsBlock | UnsetType | None = UNSET
 
 
 class MeasuredImpact(ResultsBlock, frozen=True, kw_only=True):
