@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
 from jinja2 import nodes
 from jinja2.compiler import CodeGenerator
+from pages import read_back
 
 from vireport.text import templates as wording
-from vireport.text.templates import environment_of
+from vireport.text.templates import ROOTS, environment_of
 
 
 class Branches(CodeGenerator):
@@ -50,11 +52,25 @@ def branches_taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
         yield lambda: (environment.branches, told)
 
 
-def say_every_branch(*rows: tuple[str, str, tuple[object, ...], str]) -> None:
-    """Hold what macros say, by their file and what they are given, and that their files have no branch besides."""
+def macros_of(words: str, given: str = "") -> list[str]:
+    """The names of all macros of a file of words, or of those that are given nothing."""
+    (file,) = (path for root in ROOTS if (path := root / "words" / f"{words}.j2").is_file())
+    return re.findall(rf"macro (\w+)\({given}", file.read_text(encoding="utf-8"))
+
+
+def say_every_branch(*rows: tuple[str, str, tuple[object, ...]]) -> None:
+    """Hold what all macros of files say to what is kept, and that there is no branch besides.
+
+    Rows have the file, the macro and what it is given; macros that are given nothing need none.
+    """
+    files = dict.fromkeys(words for words, _, _ in rows)
+    plain = ((words, macro, ()) for words in files for macro in macros_of(words, r"\)"))
+    said: dict[str, list[str]] = {words: [] for words in files}
     with branches_taken() as taken:
-        for words, macro, given, part in rows:
-            assert part in wording.Words(words)(macro, *given), (words, macro)
+        for words, macro, given in (*plain, *rows):
+            said[words].append(f"{macro}: {wording.Words(words)(macro, *given)}")
         branches, told = taken()
-    assert {branch.partition(":")[0] for branch in branches} == {f"words/{row[0]}.j2" for row in rows}
+    for words, lines in said.items():
+        assert read_back(f"words, {words.replace('/', ' ')}", lines) == []
+    assert {branch.partition(":")[0] for branch in branches} <= {f"words/{words}.j2" for words in files}
     assert branches - told == set()

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from branches import branches_taken
+from branches import branches_taken, macros_of
 from conftest import EXAMPLES, solved, toleranced
 from jinja2 import nodes
 from jinja2.meta import find_undeclared_variables
@@ -109,11 +109,6 @@ def taken() -> Iterator[Callable[[], tuple[set[str], set[str]]]]:
 
 def said(words: str, macro: str, *given: object) -> str:
     return Words(words)(macro, *given)
-
-
-def macros_of(words: str, given: str = "") -> list[str]:
-    """The names of all macros of a file of words, or of those that are given nothing."""
-    return re.findall(rf"macro (\w+)\({given}", (TEMPLATES / "words" / f"{words}.j2").read_text(encoding="utf-8"))
 
 
 def check(**given: object) -> SimpleNamespace:

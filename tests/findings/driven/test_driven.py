@@ -261,24 +261,14 @@ def test_the_report_shows_the_numbers_of_the_results(ran: Path) -> None:
 
 
 FIGURES = [
-    (
-        "figure_driven_caption",
-        {"impacts": 1080, "every": 1, "share": 0.9875, "predicted": True},
-        "99 % of the periods have one impact on each membrane. Lines: the speeds of the periodic motion under that "
-        "sine.",
-    ),
-    (
-        "figure_driven_caption",
-        {"impacts": 20001, "every": 3, "share": 0.5, "predicted": False},
-        "50 % of the periods have one impact on each membrane. Of 20001 impacts one in 3 is drawn.",
-    ),
-    ("figure_driven_alt", {"impacts": 1080}, "of the relative speed and of the phase of 1080 impacts on the bottom"),
+    ("figure_driven_caption", {"impacts": 1080, "every": 1, "share": 0.9875, "predicted": True}),
+    ("figure_driven_caption", {"impacts": 20001, "every": 3, "share": 0.5, "predicted": False}),
+    ("figure_driven_alt", {"impacts": 1080}),
 ]
 
 
 def test_every_branch_of_the_figure_is_said() -> None:
-    figures = (("figures/driven", macro, (x,), part) for macro, x, part in FIGURES)
-    say_every_branch(("figures/driven", "figure_driven_title", (), " "), *figures)
+    say_every_branch(*(("figures/driven", macro, (x,)) for macro, x in FIGURES))
 
 
 SAID = {
