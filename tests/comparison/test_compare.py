@@ -25,6 +25,7 @@ import vireport
 from vireport import analyse, compare_figure, load, loads
 from vireport.base.errors import NumericalError, ScenarioError, UsageError
 from vireport.base.records import plain
+from vireport.cli.outputs import PageSettings
 from vireport.comparison.comparison import Comparison, compare, left_out
 from vireport.comparison.figures import compare_pictures
 from vireport.comparison.outputs import comparison_provenance, render_comparison, terminal_summary
@@ -732,8 +733,8 @@ def test_captions_have_the_conditions_of_the_papers_captions() -> None:
 
 def test_the_files_read_back() -> None:
     assert "0.418 for inclined" in terminal_summary(three(), tables=True)
-    formats = {"json", "csv", "markdown"}
-    files = render_comparison(three(), formats, "vireport compare a b c", None, lambda what: None)
+    formats = ("json", "csv", "markdown")
+    files = render_comparison(three(), "vireport compare a b c", PageSettings(formats), lambda what: None)
     assert sorted(files) == ["compare.csv", "compare.json", "summary.md"]
     assert b"| inclined-forcing | 3 | Margin small; stretched farther than demonstrated | none |" in files["summary.md"]
     data = json.loads(files["compare.json"])
@@ -745,7 +746,7 @@ def test_the_files_read_back() -> None:
 
 
 def test_the_table_for_a_data_frame_has_a_row_for_each_scenario_with_all_its_numbers() -> None:
-    files = render_comparison(three(), {"csv"}, "vireport compare a b c", None, lambda what: None)
+    files = render_comparison(three(), "vireport compare a b c", PageSettings(("csv",)), lambda what: None)
     rows = list(csv.DictReader(io.StringIO(files["compare.csv"].decode())))
     assert [row["scenario"] for row in rows] == list(THREE)
     assert [row["rank"] for row in rows] == ["1", "2", "3"]
@@ -761,8 +762,10 @@ def test_the_report_says_what_differs_and_is_the_same_every_time() -> None:
     def say(what: str) -> None:
         pass
 
-    files = render_comparison(three(), {"html", "pdf"}, "vireport compare", None, say)
-    again = render_comparison(compare([study(name) for name in THREE]), {"html", "pdf"}, "vireport compare", None, say)
+    files = render_comparison(three(), "vireport compare", PageSettings(("html", "pdf")), say)
+    again = render_comparison(
+        compare([study(name) for name in THREE]), "vireport compare", PageSettings(("html", "pdf")), say
+    )
     assert files == again
     page = files["report.html"].decode()
     assert "Best: horizontal, by its margin with rigid membranes." in page

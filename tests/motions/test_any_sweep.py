@@ -17,7 +17,7 @@ from strategies import solvable_trees, sweeps
 
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
-from vireport.cli.outputs import RunPages, run_files
+from vireport.cli.outputs import PageSettings, run_files
 from vireport.design.point import design_point
 from vireport.motions.diagram import BifurcationDiagram, solve
 from vireport.motions.one_to_one import Motions
@@ -162,7 +162,7 @@ def test_any_scenario_is_drawn_and_reported_or_refused(tree: dict) -> None:
         study = analyse(loaded, ("html", "png"))
     except NumericalError:
         return
-    files = run_files(study, "", RunPages(), lambda what: None)
+    files = run_files(study, "", PageSettings(), lambda what: None)
     assert b"Where the starts end" in files["report.html"]
     assert ("figure-3.png" in files) == ("sweep" in tree)
 

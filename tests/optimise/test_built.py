@@ -13,6 +13,7 @@ from design_texts import DEVICE, unlimited
 from msgspec.structs import replace
 
 from vireport.base.records import plain
+from vireport.cli.outputs import PageSettings
 from vireport.optimise import outputs
 from vireport.optimise.built import LOSS, built_design
 from vireport.optimise.grid import JudgedDesign, judged_design
@@ -79,7 +80,7 @@ def test_page_and_files_are_of_the_rounded_design_and_json_has_both() -> None:
     assert fact == own.sentence
     assert f"{value:.3g}" in next(line for line in told.splitlines() if line.startswith("device.length_m"))
     assert "Rounded so that it can be built" in told
-    written = outputs.files(result, study, provenance_of(result.problem.loaded, "x"), ())
+    written = outputs.files(result, study, provenance_of(result.problem.loaded, "x"), PageSettings())
     assert loads(written["best.yaml"].decode()).scenario.device.length_m == value
     assert loads(written["unrounded.yaml"].decode()).scenario.device.length_m == exact
     data = json.loads(written["optimise.json"])

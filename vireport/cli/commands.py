@@ -142,7 +142,7 @@ def run(
 
         refuse_special(loaded.scenario, "--certify")
         require_proofs()
-    from vireport.cli.outputs import BeforeRun, RunPages, file_names, results_outcome, run_outcome
+    from vireport.cli.outputs import BeforeRun, PageSettings, file_names, results_outcome, run_outcome
 
     command = recorded(context)
     if json:
@@ -158,7 +158,7 @@ def run(
     with progress(quiet, verbose) as say:
         # Those of a sweep are asked for by it; a device without one has none but those of its pages.
         every_figure = bool(format_) or loaded.scenario.sweep is None
-        pages = RunPages((*formats, *added), templates, paper, width_mm, every_figure)
+        pages = PageSettings((*formats, *added), templates, paper, width_mm, every_figure)
         outcome = run_outcome(loaded, command, pages, BeforeRun(before, earlier), say)
     deliver(outcome, folder, quiet)
 

@@ -58,8 +58,8 @@ def results_outcome(
     return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, earlier)
 
 
-class RunPages(Struct, frozen=True):
-    """What a run writes for a reader, and how.
+class PageSettings(Struct, frozen=True):
+    """The formats that a command writes for a reader, with templates, paper and width.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class BeforeRun(Struct, frozen=True, eq=False):
     earlier: Earlier | None = None
 
 
-def run_outcome(loaded: Loaded, command: str, pages: RunPages, before: BeforeRun, say: Progress) -> CommandOutcome:
+def run_outcome(loaded: Loaded, command: str, pages: PageSettings, before: BeforeRun, say: Progress) -> CommandOutcome:
     """The files of a scenario, what is for standard output beside them, and the verdict.
 
     Parameters
@@ -126,7 +126,7 @@ def run_outcome(loaded: Loaded, command: str, pages: RunPages, before: BeforeRun
     loaded : Loaded
     command : str
         For the record.
-    pages : RunPages
+    pages : PageSettings
     before : BeforeRun
     say : callable
         Called with each step as it begins.
@@ -162,7 +162,7 @@ DOUBTFUL_INPUTS = (AlertCode.IMPLAUSIBLE_INPUT, AlertCode.RECORD_DOUBTFUL)
 
 
 def run_files(
-    study: Study, command: str, pages: RunPages, say: Progress, beyond: BeyondStudy | None = None
+    study: Study, command: str, pages: PageSettings, say: Progress, beyond: BeyondStudy | None = None
 ) -> dict[str, bytes]:
     """The files of a study by their names.
 
@@ -172,7 +172,7 @@ def run_files(
         Of which the plan says which files there are.
     command : str
         For the record.
-    pages : RunPages
+    pages : PageSettings
     say : callable
         Called with each step as it begins.
     beyond : BeyondStudy, optional

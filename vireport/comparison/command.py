@@ -55,7 +55,7 @@ def compare(
         return
     refuse(context, "without --exit-code no changes are listed", "tolerance", "markdown")
     refuse_files_beside_json(context, "comparison")
-    from vireport.cli.outputs import file_names
+    from vireport.cli.outputs import PageSettings, file_names
     from vireport.comparison.comparison import compare as compare_scenarios
     from vireport.comparison.outputs import (
         COMPARISON_FILES,
@@ -69,7 +69,7 @@ def compare(
     from vireport.report.changes.diff_outputs import rerun_text
 
     command, formats = recorded(context), formats_of(COMPARE, format_)
-    width_mm = figure_width_mm(figure_width, formats)
+    pages = PageSettings(formats, templates, paper, figure_width_mm(figure_width, formats))
     names = file_names(formats, COMPARISON_FILES)
     if not json:
         # Where no folder is named, another one is chosen than that of another comparison.
@@ -81,8 +81,8 @@ def compare(
     with progress(quiet, verbose) as say:
         comparison = compare_scenarios(items, vary or None, None, set_ or (), say, rank_by or (), allow_outside)
         if not json:
-            files = render_comparison(comparison, set(formats), command, templates, say, paper, width_mm)
-            outcome = compare_outcome(comparison, files, formats, templates, verbose)
+            files = render_comparison(comparison, command, pages, say)
+            outcome = compare_outcome(comparison, files, pages, verbose)
     if json:
         outcome = CommandOutcome(compare_json(comparison, comparison_provenance(comparison, command), templates))
     if not (quiet or vary or set_):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from vireport.cli.outcome import CommandOutcome
-from vireport.cli.outputs import file_names
+from vireport.cli.outputs import PageSettings, file_names
 from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
 from vireport.comparison.ranking import ranking_table, remarks
 from vireport.comparison.variants import MOST_SCENARIOS
@@ -76,23 +75,16 @@ def terminal_summary(comparison: Comparison, tables: bool = False, templates: Pa
     return "\n".join([*lines, "", ranking.rstrip("\n"), "", *sentences])
 
 
-def render_comparison(
-    comparison: Comparison,
-    formats: set[str],
-    command: str,
-    templates: Path | None,
-    say: Progress,
-    paper: str = "a4",
-    width_mm: float | None = None,
-) -> dict[str, bytes]:
+def render_comparison(comparison: Comparison, command: str, pages: PageSettings, say: Progress) -> dict[str, bytes]:
     """Make the files of a comparison by their names, in memory; only what they need is imported."""
+    formats, templates = set(pages.formats), pages.templates
     provenance, files = comparison_provenance(comparison, command), dict[str, bytes]()
     if formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
         say("drawing")
         from vireport.comparison.figures import compare_pictures
         from vireport.figures.style import Sheet, drawn_for
 
-        with drawn_for(Sheet.of(width_mm)):
+        with drawn_for(Sheet.of(pages.width_mm)):
             drawn = compare_pictures(comparison, templates)
         say("setting the report")
         from vireport.comparison.pages import ComparisonReport
@@ -100,7 +92,7 @@ def render_comparison(
 
         origin = with_pages(provenance, drawn=bool(drawn)) if formats & {"html", "pdf"} else provenance
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin, templates)
-        files |= render_files(report, formats, templates, paper)
+        files |= render_files(report, formats, templates, pages.paper)
     if "json" in formats:
         files["compare.json"] = compare_json(comparison, provenance, templates)
     if "csv" in formats:
@@ -146,13 +138,9 @@ def compare_csv(comparison: Comparison) -> bytes:
 
 
 def compare_outcome(
-    comparison: Comparison,
-    files: dict[str, bytes],
-    formats: Sequence[Task],
-    templates: Path | None = None,
-    tables: bool = False,
+    comparison: Comparison, files: dict[str, bytes], pages: PageSettings, tables: bool = False
 ) -> CommandOutcome:
     """The files of a comparison, and which scenario is best; with `tables`, the numbers on the terminal too."""
-    stale, summary = file_names(formats, COMPARISON_FILES), terminal_summary(comparison, tables, templates)
-    other_files = file_names([task for task in COMPARISON_FILES if task not in formats], COMPARISON_FILES)
+    stale, summary = file_names(pages.formats, COMPARISON_FILES), terminal_summary(comparison, tables, pages.templates)
+    other_files = file_names([task for task in COMPARISON_FILES if task not in pages.formats], COMPARISON_FILES)
     return CommandOutcome(files=files, stale=stale, other_files=other_files, summary=summary)

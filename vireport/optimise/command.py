@@ -3,6 +3,7 @@
 from typing import Annotated
 
 import typer
+from msgspec.structs import replace
 
 from vireport.base.files import require_writable
 from vireport.cli import options
@@ -35,14 +36,15 @@ def optimise(
     """
     refuse_files_beside_json(context, "result")
     loaded, _ = read_scenario(scenario, set_)
-    from vireport.cli.outputs import BeyondStudy, RunPages, file_names, run_files
+    from vireport.cli.outputs import BeyondStudy, PageSettings, file_names, run_files
     from vireport.optimise import outputs
     from vireport.optimise.problem import problem_of
     from vireport.optimise.search import optimise as search
     from vireport.study.provenance import provenance_of
 
     problem, command, formats = problem_of(loaded), recorded(context), formats_of(OPTIMISE, format_)
-    width_mm, provenance = figure_width_mm(figure_width, formats), provenance_of(loaded, command)
+    settings = PageSettings(formats, templates, paper, figure_width_mm(figure_width, formats))
+    provenance = provenance_of(loaded, command)
     stale = (*outputs.DATA, *file_names(formats, outputs.OPTIMISE_FILES))
     folder = output or default_folder(scenario, "-best")
     if not json:
@@ -53,11 +55,11 @@ def optimise(
         pages = [task for task in outputs.PAGES if task in formats and result.best is not None and not json]
         say("solving the best design")
         study = outputs.run_of(result, pages, say)
-        files = {} if json else outputs.files(result, study, provenance, formats, width_mm, templates)
+        files = {} if json else outputs.files(result, study, provenance, settings)
         if study is not None and pages:
             opens, section = outputs.opening(result, study), outputs.section(result, templates)
             beyond = BeyondStudy(None, *section, opens)
-            files |= run_files(study, command, RunPages(pages, templates, paper), say, beyond)
+            files |= run_files(study, command, replace(settings, formats=pages, width_mm=None), say, beyond)
     failure = outputs.shortcoming(result, templates)
     other_files = file_names([task for task in outputs.OPTIMISE_FILES if task not in formats], outputs.OPTIMISE_FILES)
     outcome = CommandOutcome(

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vireport.base.progress import Progress
+    from vireport.cli.outputs import PageSettings
     from vireport.figures.style import Picture
 
 ROUNDED_UP = 1 + 5e-6
@@ -69,9 +70,6 @@ PAGES = Task.HTML, Task.PDF
 
 OPTIMISE_FILES = page_and_figure_files(["front"])
 """Files that a search may be written to beside its data, by their formats."""
-
-FORMATS = (Task.HTML, Task.PDF, Task.PNG)
-"""What is written by default."""
 
 BEST, UNROUNDED = "best.yaml", "unrounded.yaml"
 """The design that is shown, where it meets the requirements, and as it was before it was rounded."""
@@ -105,9 +103,7 @@ def files(
     result: SearchResult,
     study: Study | None,
     provenance: Provenance,
-    formats: Collection[Task] = FORMATS,
-    width_mm: float | None = None,
-    templates: Path | None = None,
+    pages: PageSettings,
 ) -> dict[str, bytes]:
     """The data of a search and its figure by their names; the best design is there where there is one.
 
@@ -117,12 +113,8 @@ def files(
     study : Study or None
         `run_of` it.
     provenance : Provenance
-    formats : collection of Task
-        Of the figure, among `OPTIMISE_FILES`.
-    width_mm : float, optional
-        Of the figure, for a column of a paper.
-    templates : Path, optional
-        A folder whose words come before the package's own.
+    pages : PageSettings
+        By which the figure is written.
     """
     written = {"optimise.json": optimise_json(result, study, provenance)}
     if result.best is not None:
@@ -130,12 +122,12 @@ def files(
         written[BEST] = result.problem.scenario_text(design.t).encode()
         if result.built is not None:
             written[UNROUNDED] = result.problem.scenario_text(result.best.t).encode()
-    figure_formats = [task for task in FIGURE_FORMATS if task in formats]
+    figure_formats = [task for task in FIGURE_FORMATS if task in pages.formats]
     if len(result.front) > 1 and figure_formats:
         from vireport.figures.style import Sheet, drawn_for
 
-        with drawn_for(Sheet.of(width_mm)):
-            drawn = picture_front(result, templates)
+        with drawn_for(Sheet.of(pages.width_mm)):
+            drawn = picture_front(result, pages.templates)
         for (name,) in (OPTIMISE_FILES[task] for task in figure_formats):
             written[name] = getattr(drawn, name.rpartition(".")[2])
     return written
