@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Set
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 from vireport.base.errors import RenderError
 from vireport.text.folders import TEMPLATES
@@ -90,7 +90,7 @@ def render_files(
         drawings = {f"{name}.svg": picture.svg for name, picture in vectors.items()}
         source = _filled(report, templates) if formats & {"html", "pdf"} else ""
         pdf = (
-            executor.submit(_compiled, report, source, templates, "pdf", _of_paper(report), paper=PAPERS[paper])
+            executor.submit(_compiled, report, source, templates, _of_paper(report, paper))
             if "pdf" in formats
             else None
         )
@@ -124,23 +124,25 @@ def _filled(report: AnyReport, templates: Path | None) -> str:
 
 
 def _page(report: AnyReport, source: str, templates: Path | None) -> bytes:
-    page = _compiled(report, source, templates, "html", _of_page(report)).decode("utf-8")
+    page = _compiled(report, source, templates, _of_page(report)).decode("utf-8")
     return _MATHS.sub(lambda match: match[0].translate(_ACCENTS), page).encode("utf-8")
 
 
-def _of_paper(report: AnyReport) -> dict[str, str]:
-    """The drawings that the template of a PDF sets, by their names."""
-    return {f"{name}.svg": picture.printed.decode("utf-8") for name, picture in report.pictures.items()}
+def _of_paper(report: AnyReport, paper: str) -> dict[str, str]:
+    """What the template of a PDF reads, by its names: the drawings and the paper."""
+    drawings = {f"{name}.svg": picture.printed.decode("utf-8") for name, picture in report.pictures.items()}
+    return drawings | {"output": "pdf", "paper": PAPERS[paper]}
 
 
 def _of_page(report: AnyReport) -> dict[str, str]:
     """What the template of an HTML page reads, by its names: the drawings and their style."""
+    inputs = {"output": "html", "paper": ""}
     if not report.pictures:
-        return {}
+        return inputs
     from vireport.figures.style import figure_css
 
     drawings = {f"{name}.page.svg": picture.inline for name, picture in report.pictures.items()}
-    return {"figures.css": figure_css(), **drawings}
+    return {"figures.css": figure_css(), **drawings, **inputs}
 
 
 def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
@@ -154,19 +156,20 @@ def _compiled(
     report: AnyReport,
     source: str,
     templates: Path | None,
-    output: Literal["html", "pdf"],
-    drawn: dict[str, str],
-    paper: str = "",
+    inputs: dict[str, str],
 ) -> bytes:
-    """What Typst makes of a filled template with what is `drawn`; characters that a PDF's fonts lack are numbers."""
+    """Compile a filled template by Typst with what it reads, among it whether the `output` is html or pdf.
+
+    Characters that a PDF's fonts lack become numbers.
+    """
     import typst
 
+    output = cast(Literal["html", "pdf"], inputs["output"])
     unusual = "".join(sorted(set(_UNUSUAL.findall(source)))) if output == "pdf" else ""
     lacking = "".join(f"\\u{{{ord(letter):x}}}" for letter in _not_in_fonts(unusual))
     # What a template reads is passed to Typst as it is: no file has to be written that a full disk refuses, or that a
     # process which is killed leaves behind.
-    inputs = drawn | {"output": output, "lacking": lacking, "paper": paper}
-    compiler = typst.Compiler(root=TEMPLATES, ignore_system_fonts=True, sys_inputs=inputs)
+    compiler = typst.Compiler(root=TEMPLATES, ignore_system_fonts=True, sys_inputs=inputs | {"lacking": lacking})
     try:
         file = compiler.compile(source.encode("utf-8"), format=output, timestamp=report.provenance.epoch)
     except typst.TypstError as error:

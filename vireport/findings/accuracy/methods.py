@@ -190,8 +190,7 @@ def printed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> Sol
 
     def residual(x: Floats) -> list[float]:
         budget.spend(1)
-        velocity, phase, q = x.tolist()
-        return _printed(velocity, phase, q, d, gbar, target.r, target.n)
+        return _printed(x.tolist(), Groups(d, gbar, target.r), target.n)
 
     x = find_root(residual, [guess.velocity, guess.phase, guess.q], stop, FORMULA_NOISE)
     velocity, phase, q = x.tolist()
@@ -211,7 +210,7 @@ def printed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> f
         budget.spend(1)
         velocity, phase, q, value = x.tolist()
         d, gbar, *_ = target.groups(value * unit)
-        closed = _printed(velocity, phase, q, d, gbar, r, n)
+        closed = _printed([velocity, phase, q], Groups(d, gbar, r), n)
         if target.symmetric:
             closed[1] = q - 0.5
         up, top = 2 * n * q, _velocity_top(velocity, gbar, r, n)
@@ -230,12 +229,12 @@ def _velocity_top(v: float, gbar: float, r: Any, n: int) -> float:
     return float(2 * n * gbar / (1 + top) - (1 + bottom) / (1 + top) * v)
 
 
-def _printed(v: float, phase: float, q: float, d: float, gbar: float, restitution: Any, n: int) -> list[float]:
-    """Residuals of (3.15), of (3.16) freed of its arcsine, and of (3.17), at t0 = 0.
+def _printed(motion: Sequence[float], groups: Groups[float], n: int) -> list[float]:
+    """Residuals of (3.15), of (3.16) freed of its arcsine, and of (3.17), at t0 = 0, for a velocity, phase and q.
 
     They are as printed but for 1 + r of the top membrane, by which (3.8) has the velocity there.
     """
-    r, top = by_wall(restitution)
+    (v, phase, q), (d, gbar), (r, top) = motion, groups[:2], by_wall(groups.restitution)
     period, share = 2 * n, (1 + r) / (1 + top)
     up, down, angle = period * q, period * (1 - q), 2 * pi * n * q
     s = sin(phase)

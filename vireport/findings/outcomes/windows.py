@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import partial
 from itertools import pairwise
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -114,12 +115,22 @@ def window(parameter: ScalarInput, value: float, low: float, high: float, outcom
         The outcomes at some values.
     """
     (outcome,) = outcomes(np.array([value]))
-    return Window(parameter, value, *(_edge(outcome, value, end, outcomes) for end in (low, high)))
+    centre = _Centre(value, outcome, outcomes)
+    return Window(parameter, value, *(_edge(centre, end) for end in (low, high)))
 
 
-def _edge(around: FromRest, value: float, end: float, outcomes: OutcomesAt) -> Edge:
-    """The edge nearest to a value on the way to an end, as far as samples tell."""
-    edge, clean = _first_edge(around, value, end, COARSE, value, outcomes), 0
+class _Centre(NamedTuple):
+    """The design point that a window is around, with its outcome, and how those of other values are found."""
+
+    value: float
+    outcome: FromRest
+    outcomes: OutcomesAt
+
+
+def _edge(centre: _Centre, end: float) -> Edge:
+    """The edge nearest to a design point on the way to an end, as far as samples tell."""
+    value, around, outcomes = centre
+    edge, clean = _first_edge(centre, value, end, COARSE), 0
     limit = edge.value  # the narrower edges are, the nearer they are to it
     for turn in range(ROUNDS):
         if edge.value == value:
@@ -140,13 +151,13 @@ def _edge(around: FromRest, value: float, end: float, outcomes: OutcomesAt) -> E
             continue
         clean = 0
         near = float(values[first - 1]) if first else value
-        edge = replace(_first_edge(around, near, float(values[first]), FINER, value, outcomes), accumulates=True)
+        edge = replace(_first_edge(centre, near, float(values[first]), FINER), accumulates=True)
     return edge
 
 
-def _first_edge(around: FromRest, near: float, end: float, parts: int, value: float, outcomes: OutcomesAt) -> Edge:
-    """The first edge between samples on the way to an end, refined."""
-    far = end
+def _first_edge(centre: _Centre, near: float, end: float, parts: int) -> Edge:
+    """The first edge between samples on the way from a value to an end, refined."""
+    (value, around, outcomes), far = centre, end
     beyond: FromRest | None = None
     accumulates = False
     while near != far:
