@@ -41,12 +41,12 @@ def paper(
         deliver(validated, quiet=quiet)
         return
     refuse_files_beside_json(context, "reproduction")
-    from vireport.cli.outputs import file_names
-    from vireport.paper.outputs import PAPER_FILES, PAPER_FOLDER, PaperPages, paper_json, paper_outcome
+    from vireport.cli.outputs import PageSettings, file_names
+    from vireport.paper.outputs import PAPER_FILES, PAPER_FOLDER, paper_json, paper_outcome
     from vireport.paper.reproduction import reproduce_paper
 
     command, formats, folder = recorded(context), formats_of(PAPER, format_), output or PAPER_FOLDER
-    pages = PaperPages(formats, command, templates, paper, figure_width_mm(figure_width, formats))
+    pages = PageSettings(formats, templates, paper, figure_width_mm(figure_width, formats))
     if not json:
         require_writable(folder, file_names(formats, PAPER_FILES), force)
     with progress(quiet, verbose) as say:
@@ -54,7 +54,7 @@ def paper(
         if json:
             outcome = CommandOutcome(paper_json(reproduced, command))
         else:
-            outcome = paper_outcome(reproduced, pages, say, verbose)
+            outcome = paper_outcome(reproduced, pages, command, say, verbose)
     deliver(outcome, folder, quiet)
 
 

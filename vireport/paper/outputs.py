@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from hashlib import sha256
 from pathlib import Path
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.progress import Progress
 from vireport.base.records import plain
 from vireport.cli.outcome import CommandOutcome
-from vireport.cli.outputs import file_names
+from vireport.cli.outputs import PageSettings, file_names
 from vireport.paper.opening import paper_opening
 from vireport.paper.reproduction import ReproducedPaper
 from vireport.paper.results import paper_data
@@ -42,33 +40,11 @@ def paper_json(paper: ReproducedPaper, command: str) -> bytes:
     return json_bytes(plain(paper_data(paper)), paper_provenance(paper, command))
 
 
-class PaperPages(Struct, frozen=True):
-    """What is written for a reader, and how.
-
-    Attributes
-    ----------
-    formats : collection of Task
-        Among `PAPER_FILES`.
-    command : str
-        For the record.
-    templates : Path, optional
-        A folder whose templates come before ours.
-    paper : str
-        Of the PDF: a4 or letter.
-    width_mm : float, optional
-        Of figures for a column of a paper.
-    """
-
-    formats: Collection[Task]
-    command: str
-    templates: Path | None = None
-    paper: str = "a4"
-    width_mm: float | None = None
-
-
-def paper_outcome(paper: ReproducedPaper, pages: PaperPages, say: Progress, whole: bool = False) -> CommandOutcome:
+def paper_outcome(
+    paper: ReproducedPaper, pages: PageSettings, command: str, say: Progress, whole: bool = False
+) -> CommandOutcome:
     """The files of a reproduction, and what it comes to; the `whole` opening where that is asked for."""
-    formats, provenance, files = set(pages.formats), paper_provenance(paper, pages.command), dict[str, bytes]()
+    formats, provenance, files = set(pages.formats), paper_provenance(paper, command), dict[str, bytes]()
     if formats & {Task.HTML, Task.PDF, *FIGURE_FORMATS}:
         say("drawing")
         from vireport.figures.style import Sheet, drawn_for
@@ -83,7 +59,7 @@ def paper_outcome(paper: ReproducedPaper, pages: PaperPages, say: Progress, whol
         report = PaperReport(paper, drawn, with_pages(provenance, drawn=True), pages.templates)
         files |= render_files(report, formats, pages.templates, pages.paper)
     if Task.JSON in formats:
-        files["paper.json"] = paper_json(paper, pages.command)
+        files["paper.json"] = paper_json(paper, command)
     opening = paper_opening(paper).worded(pages.templates)
     stale = file_names(pages.formats, PAPER_FILES)
     others = file_names([task for task in PAPER_FILES if task not in pages.formats], PAPER_FILES)
