@@ -19,7 +19,7 @@ from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.orbits import Dynamics, orbits_of
 from vireport.motions.pointwise import PointwiseMotions
-from vireport.motions.sweep import Held, Level, Sweep
+from vireport.motions.sweep import Held, Level, Sweep, SweptPlane
 from vireport.motions.turning import turns, wall_gap
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, unaccelerated
@@ -259,3 +259,20 @@ def test_curves_within_a_cell_of_the_grid_are_found_or_refused(below: float) -> 
         assert np.abs(surface.value(at_u, at_phi)).max() < 1e-13
         # Next to an extremum a curve is an ellipse, whose extent goes with the root of the depth.
         assert np.ptp(at_u) == pytest.approx(0.369 * below**0.5, rel=0.03)
+
+
+def test_a_level_from_which_symmetric_motions_are_divided_out_is_zero_where_nothing_pulls_the_ball() -> None:
+    """Of a horizontal capsule and odd harmonics; in phase, as the level is that of gbar = 0."""
+    device = with_force(replace(INCLINED, inclination_deg=0.0), THIRD, (5, 0.3, 30.0))
+    sweep = Sweep(device, Parameter.LENGTH, 0.3, 0.7)
+    plane = SweptPlane(sweep.level, device.restitution, 1, device.harmonics)
+    assert plane.mirrors
+    u, phi = 0.07, np.linspace(0.0, 2 * pi, 2001)
+    parts, held = plane.polynomial(np.array(u))
+    height = sum(a * np.sin(j * phi) + b * np.cos(j * phi) for j, a, b in parts) - held
+    crossed = np.flatnonzero(np.sign(height[1:]) != np.sign(height[:-1]))
+    assert len(crossed) >= 2
+    gbar = plane.orbits(np.full(len(phi), u), phi).gbar
+    for i in crossed:
+        at = phi[i] - height[i] * (phi[i + 1] - phi[i]) / (height[i + 1] - height[i])
+        assert abs(float(plane.orbits(np.array([u]), np.array([at])).gbar[0])) < 1e-5 * np.abs(gbar).max()

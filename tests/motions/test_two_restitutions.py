@@ -239,3 +239,11 @@ def test_inputs_of_restitution_move_what_they_say() -> None:
     assert alone.restitution == Restitutions(0.4, 0.5)
     assert alone.with_values({DesignInput.RESTITUTION_TOP: 0.4}).restitution == 0.4
     assert INCLINED.value_of(DesignInput.RESTITUTION) == pytest.approx(0.495)
+
+
+def test_a_flight_begins_with_the_rebound_from_the_membrane_that_it_leaves() -> None:
+    r = Restitutions(0.4, 0.7)
+    orbit = orbits(np.array([0.05]), np.array([0.5]), r, 1)
+    up, down = orbit.flights(r)
+    np.testing.assert_allclose(up.velocity, -0.4 * orbit.velocity_bottom, rtol=1e-15)
+    np.testing.assert_allclose(down.velocity, -0.7 * orbit.velocity_top, rtol=1e-15)
