@@ -9,9 +9,8 @@ import pytest
 from branches import say_every_branch
 from conftest import solved
 
-from vireport.findings.membranes.compliance import Grade, Unit
+from vireport.findings.membranes.compliance import Grade, Unit, moved_or_lost
 from vireport.findings.membranes.finding import FINDING
-from vireport.findings.membranes.judging import moved_or_lost
 from vireport.motions.events import Event
 from vireport.scenario.loading import load
 from vireport.scenario.parameters import Parameter

@@ -43,6 +43,7 @@ from vireport.physics.energy import Membrane, deflection, generated_voltage
 from vireport.physics.groups import by_wall
 from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
+from vireport.text.alerts import Sentence
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -236,8 +237,6 @@ class Compliance(Struct, frozen=True):
         Of that parameter, where the motion is.
     order : float
         1/(h+1), the rate expected.
-    periods : int
-        n, the forcing periods that the motion takes.
     rungs : tuple of StiffnessRung
         By ascending stiffness.
     convergence : tuple of Convergence
@@ -254,7 +253,6 @@ class Compliance(Struct, frozen=True):
     varied: Parameter = Parameter.LENGTH
     design_value: float = 0.0
     order: float = 0.0
-    periods: int = 1
     rungs: tuple[StiffnessRung, ...] = ()
     convergence: tuple[Convergence, ...] = ()
     volts: Volts | None = None
@@ -331,7 +329,6 @@ def compliance(
         varied=varied,
         design_value=float(device.value_of(varied)),
         order=1 / (membrane.exponent + 1),
-        periods=device.period_ratio,
         rungs=rungs,
         convergence=tuple(_convergence(rigid, critical, rungs)),
         runs=tuple(_solver_runs(model_at, rungs, repeats, portion(say, MOTIONS_SHARE, 1.0))),
@@ -455,3 +452,22 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
         return
     criterion = ModelCriterion.of(label, (value - at) / margin, *MARGIN_LIMITS)
     yield Compared(f"margin to {label}", varied, margin, side * (comparison.design_value - value), criterion)
+
+
+def moved_or_lost(comparison: Compliance) -> Iterator[Sentence]:
+    """What the membranes' own stiffness moves farther than is fair to use, or else what of the rigid model it ends."""
+    shifts = [
+        Sentence("margins", {"name": criterion.name, "margins": abs(criterion.shift)})
+        if compared.of_margin
+        else Sentence("percent", {"name": criterion.name, "percent": 100 * criterion.shift})
+        for compared in comparison.quantities
+        if (criterion := compared.criterion) is not None and criterion.grade.contradicts
+    ]
+    if shifts:
+        yield Sentence("moves", {"shifts": shifts})
+        return
+    rung, critical = comparison.unscaled, comparison.critical
+    if critical is not None and rung is not None and rung.orbit is not None and rung.orbit.stable:
+        yield Sentence("point_lost", {"label": critical.label})
+    else:
+        yield Sentence("motion_lost")

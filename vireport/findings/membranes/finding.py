@@ -84,7 +84,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
 
     def causes(self, compliance: Compliance, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What the membranes' own stiffness moves too far, or ends."""
-        from vireport.findings.membranes.judging import moved_or_lost
+        from vireport.findings.membranes.compliance import moved_or_lost
         from vireport.text.alerts import AlertCode
 
         # Without a stable motion there is nothing that the rigid model claims of the device.
