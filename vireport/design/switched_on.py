@@ -98,7 +98,7 @@ def starting_device(solution: Solution) -> StartingDevice:
 
 
 def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool = True) -> SwitchedOn:
-    """What is known of a device with a design point once it is known what it comes to.
+    """The record of a device with a design point, by what it comes to from rest.
 
     Parameters
     ----------

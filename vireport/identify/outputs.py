@@ -66,7 +66,7 @@ WORDS = Words("identify")
 
 
 class Pages(Struct, frozen=True):
-    """What is printed and written for a reader, and how.
+    """The formats that an identification is written in, and what is printed of it.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Pages(Struct, frozen=True):
 
 
 class Request(Struct, frozen=True, eq=False):
-    """What is to be identified from which record.
+    """The inputs to identify, and the record to identify them from.
 
     Attributes
     ----------
@@ -327,7 +327,7 @@ def _opened(identified: IdentifiedRecord, words: Words) -> Iterator[str]:
 
 
 def _parts(identified: IdentifiedRecord, words: Words) -> Iterator[str | Table]:
-    """What is identified, what the record does not show, and what was picked."""
+    """The parts of the report: identified inputs, what the record does not show, and picked impacts."""
     answer, unused = identified.answer, identified.record.unused
     misfit = answer.misfit
     if answer.rounding is not None:

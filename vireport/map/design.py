@@ -47,7 +47,7 @@ AnyMargin = TypeVar("AnyMargin", bound=MapMargin)
 
 
 def nearest_either_way(margins: Iterable[AnyMargin]) -> tuple[AnyMargin, ...]:
-    """Of the margins along each axis the nearest below the design point and the nearest above it, in this order."""
+    """The nearest margins below and above the design point along each axis, in this order."""
     nearest: dict[tuple[int, bool], AnyMargin] = {}
     for margin in sorted(margins, key=lambda margin: abs(margin.distance)):
         nearest.setdefault((margin.axis, margin.distance > 0), margin)

@@ -41,7 +41,7 @@ class PaperReport(Struct, frozen=True, eq=False):
 
     @property
     def title(self) -> str:
-        """What the page is called."""
+        """Title of the page on the paper."""
         return Words("reproduction", self.templates)("heading")
 
     @property
@@ -51,7 +51,7 @@ class PaperReport(Struct, frozen=True, eq=False):
 
     @property
     def subtitle(self) -> str:
-        """The paper."""
+        """Reference of the paper, under the title."""
         return PAPER
 
     @property

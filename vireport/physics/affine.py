@@ -129,11 +129,11 @@ class Affine:
         )
 
     def sin(self) -> Affine:
-        """Sine."""
+        """Sine of affine numbers [rad]."""
         return self._wave(np.sin(self.centre), np.cos(self.centre))
 
     def cos(self) -> Affine:
-        """Cosine."""
+        """Cosine of affine numbers [rad]."""
         return self._wave(np.cos(self.centre), -np.sin(self.centre))
 
     def sinc(self) -> Affine:

@@ -183,7 +183,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def listing(self) -> str:
-        """The scenario as given."""
+        """The text of the scenario file that the report prints."""
         return self.study.loaded.document.text
 
     def at_design(self) -> Iterator[tuple[Parameter, float]]:

@@ -66,7 +66,7 @@ NOTHING = 1e-30
 
 
 class RunTables(Struct, frozen=True, eq=False):
-    """The tables of a study.
+    """The tables that a report has of a study.
 
     Attributes
     ----------

@@ -89,17 +89,17 @@ class Explanation(Struct, frozen=True, eq=False):
 
     @property
     def title(self) -> Phrase:
-        """What it is called."""
+        """Title of the alert, as pages have it."""
         return self._said(Sentence("title"))
 
     @property
     def meaning(self) -> Phrase:
-        """Why it matters."""
+        """Why the alert matters, in a sentence."""
         return self._said(Sentence("meaning"))
 
     @property
     def remedy(self) -> Phrase:
-        """What to do."""
+        """What to do about the alert."""
         return self._said(Sentence("remedy"))
 
     @property

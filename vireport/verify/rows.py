@@ -42,7 +42,7 @@ class NotThereError(Exception):
 
 
 class Case(NamedTuple):
-    """An extreme case.
+    """An extreme case with the check that it must pass.
 
     Attributes
     ----------

@@ -132,7 +132,7 @@ def error_facts(work: WorkPrecision, templates: Path | None = None) -> dict[str,
 
 
 def headline(work: WorkPrecision) -> str:
-    """What the times are of."""
+    """The line over the figure that says what was timed."""
     m = work.machine
     return f"Median time of one solution; {m.processor}, {m.python}"
 

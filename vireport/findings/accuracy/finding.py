@@ -68,7 +68,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
         return measure(study.solution, block.repeats, say)
 
     def results(self, measured_errors: WorkPrecision | None, study: Study) -> AddedBlocks:
-        """The block `accuracy`."""
+        """The block `accuracy` of results.json; null where it was not computed."""
         if measured_errors is None:
             return {STEP: None}
         from vireport.findings.accuracy.results import accuracy_data

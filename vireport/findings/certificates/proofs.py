@@ -177,7 +177,7 @@ def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) ->
 
 
 def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any, ops: Any) -> list[Any]:
-    """What is zero where the condition holds."""
+    """Residuals of the condition of a critical point, zero where it holds."""
     touch = candidate.touch
     if touch is None:
         if candidate.rest is not None:

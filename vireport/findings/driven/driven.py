@@ -278,7 +278,7 @@ def _counted(
     speeds = np.abs(counted_rows[:, VELOCITY]) * velocity_unit
 
     def per_second(values: Floats) -> Mean:
-        """Of what comes with each impact."""
+        """Mean over time of what comes with each impact, per second."""
         used = part >= 0
         return batched(_sums(part[used], values[used], parts), length)
 

@@ -30,7 +30,7 @@ class NoInterval(StrEnum):
 
 
 class Mean(Struct, frozen=True):
-    """A mean along a record.
+    """A mean along a record, with its 95 % interval.
 
     Attributes
     ----------

@@ -48,12 +48,12 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
 
     @property
     def axes(self) -> tuple[Named, ...]:
-        """The axes of the map."""
+        """The inputs along the axes of the map."""
         return self.plan.named
 
     @property
     def heading(self) -> str:
-        """What is mapped."""
+        """The heading of the report: what is mapped over which inputs."""
         return self.say("over", self.plan)
 
     @property
@@ -102,7 +102,7 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         return [(capital(name), f"{count:,}", self.say("share", count, self.findings.cells)) for name, count in counts]
 
     def left_out(self) -> Table:
-        """What is not in the report, and why."""
+        """What the report on a map lacks, with the reasons."""
         given = {
             "motions": False,
             "figures": bool(self.pictures),

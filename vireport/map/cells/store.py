@@ -90,7 +90,7 @@ class Identity(Struct, frozen=True):
 
 
 def identity_of(plan: MapPlan, map_sha256: str, chunk: int | None) -> Identity:
-    """What is computed here and now."""
+    """The identity of a computation: plan, file and program."""
     return Identity(map_sha256, __version__, np.__version__, plan.cells, plan.chunks, chunk)
 
 
@@ -122,7 +122,7 @@ class Store(Struct, frozen=True):
 
     @property
     def result(self) -> Path:
-        """The finished map."""
+        """The file of the finished map."""
         return self.folder / RESULT
 
     @property

@@ -52,7 +52,7 @@ def chart_opening(chart: Chart, named: Naming) -> Opening:
 
 
 def _regions(chart: Chart, named: Naming) -> Iterator[Statement]:
-    """What is stable in the largest parts of a chart."""
+    """Statements on what is stable in the largest parts of a chart."""
     for region_set in chart.regions.sets[:MOST_KINDS]:
         what = named.long(region_set.kinds, chart.limits)
         yield Statement(Status.NEUTRAL, _said("opening_region", what, region_set.share))

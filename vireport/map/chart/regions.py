@@ -306,7 +306,7 @@ def _farthest(parts: Ints, room: Floats, count: int) -> dict[int, tuple[int, int
 
 
 def _edges(regions: Regions, points: Floats) -> Mask:
-    """Of each piece of a curve, whether what is stable differs on its two sides."""
+    """Whether different motions are stable on the two sides of each piece of a curve."""
     share = regions.plane.shares(points)
     way = np.diff(share, axis=0)
     length = np.hypot(*way.T)[:, None]

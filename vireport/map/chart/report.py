@@ -43,7 +43,7 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
 
     @property
     def axes(self) -> tuple[Named, ...]:
-        """The inputs."""
+        """The two inputs of the chart."""
         return self.chart.plane.inputs
 
     @property
@@ -53,12 +53,12 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
 
     @property
     def heading(self) -> str:
-        """What is charted."""
+        """The heading of the report: what is charted over which inputs."""
         return self.say("heading", self.chart.plane)
 
     @cached_property
     def named(self) -> Naming:
-        """How motions are named."""
+        """Names of the motions in the chart, with what they mean."""
         return naming(self.chart, self.templates)
 
     @property
@@ -73,11 +73,11 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         return self.named.of(design.motions[0].kind) if design is not None and design.motions else ""
 
     def beyond(self, margin: MapMargin) -> tuple[str, ...]:
-        """What is stable beyond a margin."""
+        """Names of the motions that are stable beyond a margin around the design point."""
         return (self.named.motions(margin.beyond),) if isinstance(margin, ChartMargin) else ()
 
     def regions(self) -> Table:
-        """What is stable in the regions, the largest first."""
+        """Table of the regions with what is stable in each, the largest first."""
         rows = [
             (
                 capital(self.named.long(region_set.kinds, self.chart.limits)),
@@ -92,7 +92,7 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         return worded_table(self.say, "regions", "tnnnn", rows, *heads, note=self.say("regions_note", plane.swept))
 
     def bands(self) -> Iterator[str | Table]:
-        """What is stable in bands too narrow to be seen."""
+        """Table of bands too narrow to be seen, with what is stable in them."""
         inputs = self.chart.plane.inputs
         if self.chart.unmeasured:
             yield self.say("unmeasured", self.chart.unmeasured)
@@ -136,7 +136,7 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
             yield self.say("no_curves")
 
     def left_out(self) -> Table:
-        """What is not in the report, and why."""
+        """What the report on a chart lacks, with the reasons."""
         chart, swept = self.chart, self.chart.plane.swept
         lacking = [
             _said("lacks_motions", chart.limits) if swept else _said("lacks_words"),

@@ -33,7 +33,7 @@ def points_table(chart: Chart, templates: Path | None = None) -> Table:
 
 
 def name_of(point: Meeting) -> Said:
-    """What happens at a point."""
+    """Name of what happens at a point of the chart."""
     first, other = point.events
     if other is not Event.GRAZING:
         return _said("point", other)

@@ -28,12 +28,12 @@ class Naming(Struct, frozen=True, eq=False):
     said: Words
 
     def of(self, kind: Kind) -> str:
-        """The name of one."""
+        """Name of a motion by its kind."""
         _, letters, periods, asymmetric = kind
         return self.said("motion", letters, periods if (letters, asymmetric) in self.ambiguous else 0, asymmetric)
 
     def short(self, kinds: Kinds | None) -> str:
-        """What is stable, by words."""
+        """Names of the motions that are stable, in a few words."""
         if kinds is None:
             return self.said("stable_unresolved")
         return self.said("stable", [self.of(kind) for kind in kinds]) if kinds else self.said("stable_none")
