@@ -25,9 +25,9 @@ from vireport.comparison.figures import compare_figure, compare_pictures
 from vireport.figures.pictures import pictures
 from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.map.cells.cells import map_plan
-from vireport.map.cells.design import map_design
 from vireport.map.cells.figures import map_pictures
 from vireport.map.cells.findings import findings_of
+from vireport.map.cells.report import map_design
 from vireport.map.cells.run import run_map
 from vireport.map.chart.chart import Chart, loci_over, with_regions
 from vireport.map.chart.figure import picture as chart_picture

@@ -13,11 +13,11 @@ from matplotlib.colors import to_rgb
 from vireport.design.from_rest import Destination
 from vireport.figures.pictures import pictures
 from vireport.findings.outcomes.basin import basins_of
+from vireport.findings.outcomes.figures import LEAST, MANIFOLD, RETURNING
 from vireport.findings.outcomes.manifold import on_shocks, stable_manifold
 from vireport.findings.outcomes.plane import shock_plane
 from vireport.findings.outcomes.returning import Recogniser, core_of, endings
 from vireport.findings.outcomes.shock import shocked
-from vireport.findings.outcomes.shocks_figure import LEAST, MANIFOLD, RETURNING
 from vireport.physics.device import Device
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import wrapped

@@ -24,9 +24,9 @@ from shown import Amount, Cell, Row, Said, table_faults
 from vireport.base.errors import RenderError, ScenarioError
 from vireport.cli.app import main
 from vireport.map.cells.cells import map_plan
-from vireport.map.cells.design import map_design
 from vireport.map.cells.evaluation import CODES
 from vireport.map.cells.findings import MapQuantity, findings_of
+from vireport.map.cells.report import map_design
 from vireport.map.cells.run import run_map
 from vireport.map.outputs import MapOutput
 from vireport.motions.stability import STABILITIES

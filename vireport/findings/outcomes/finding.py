@@ -151,14 +151,14 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         from vireport.findings.outcomes.steps import FIGURE_BASIN, FIGURE_SHOCKS
 
         if study.plan.runs(FIGURE_SHOCKS):
-            from vireport.findings.outcomes import shocks_figure
+            from vireport.findings.outcomes.figures import shocks_picture
 
-            if (plane := shocks_figure.picture(outcomes, study.solution.device, templates)) is not None:
+            if (plane := shocks_picture(outcomes, study.solution.device, templates)) is not None:
                 yield plane
         if study.plan.runs(FIGURE_BASIN) and outcomes.basins is not None:
-            from vireport.findings.outcomes import basin_figure
+            from vireport.findings.outcomes.figures import basin_picture
 
-            yield basin_figure.picture(outcomes.basins, templates)
+            yield basin_picture(outcomes.basins, templates)
 
 
 def _fact(status: Status, name: str, *values: object) -> Statement:

@@ -1,4 +1,4 @@
-"""What shocks to the motion at the design point lead to, in the plane of their moment and size, with its words."""
+"""What shocks to the motion at the design point, and impacts on the bottom membrane, lead to: planes, their words."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from itertools import cycle, islice
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
@@ -13,13 +14,15 @@ from vireport.base.errors import NumericalError
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished
 from vireport.figures.style import GUIDE, Color, Look, Picture, Pixel, style
+from vireport.findings.outcomes.basin import Basins
 from vireport.findings.outcomes.manifold import ShockLine
 from vireport.findings.outcomes.outcomes import Outcomes
 from vireport.findings.outcomes.plane import OutcomePlane
-from vireport.findings.outcomes.steps import FIGURE_SHOCKS
+from vireport.findings.outcomes.steps import FIGURE_BASIN, FIGURE_SHOCKS
 from vireport.findings.outcomes.withstood import Withstood, shocks_around
 from vireport.physics.device import Device
 from vireport.scenario.parameters import Parameter
+from vireport.simulation.events import BOTTOM
 
 HEIGHT = 3.3
 """Height of the panel with its ticks and labels [in]."""
@@ -34,7 +37,7 @@ MANIFOLD: Look = {"color": Color.BLUE, "linewidth": 0.8}
 LEAST: Look = {"color": Color.VERMILION, "linewidth": 2.2, "marker": "o", "markersize": 5.0, "markevery": [1]}
 
 
-def picture(outcomes: Outcomes, device: Device, templates: Path | None = None) -> Picture | None:
+def shocks_picture(outcomes: Outcomes, device: Device, templates: Path | None = None) -> Picture | None:
     """The figure with its words; None where no shock leads out, or what they lead to is not told apart."""
     withstood, attracting = outcomes.withstood_in_use, outcomes.attracting
     if withstood is None or withstood.shock is None or attracting is None:
@@ -61,18 +64,14 @@ def picture(outcomes: Outcomes, device: Device, templates: Path | None = None) -
 def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withstood) -> Figure:
     """The plane of shocks: time within the period against the jump, coloured by outcome, with the least one."""
     unit, shock = withstood.velocity_unit, withstood.shock
-    colors = [RETURNING, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
-    present = [number for number in range(len(colors)) if plane.share(number)]
     with style():
         figure, panels = blank(1)
         axes = panels[0, 0]
         # Forcing periods last two units of time.
         right, top = plane.x[-1] / 2, plane.y[-1] * unit
-        image = np.array([to_rgb(color) for color in colors])[plane.outcome]
-        axes.imshow(image, extent=(0.0, right, -top, top), origin="lower", aspect="auto", interpolation="nearest")
+        named = _coloured(axes, plane, (0.0, right, -top, top))
         for line in lines:
             axes.plot(line.time / 2, line.jump * unit, **MANIFOLD)
-        named: list[Entry] = [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in present]
         marks: list[Entry] = [("onto the unstable motion", MANIFOLD)] if lines else []
         if shock is not None:
             for time in shock.motion.time - shock.motion.time[0]:
@@ -81,6 +80,53 @@ def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withst
                 time = (shock.motion.time[shock.impact] - shock.motion.time[0] + shock.delay) / 2
                 axes.plot([time, time], [0.0, shock.sign * shock.jump * unit], **LEAST)
                 marks.append(("least shock", LEAST))
-        axes.set(xlim=(0.0, right), ylim=(-top, top))
         axes.set(xlabel="moment after the first impact [forcing periods]", ylabel="jump of the velocity [m/s]")
+        return finished(figure, HEIGHT, [], [named, marks])
+
+
+def _coloured(axes: Axes, plane: OutcomePlane, extent: tuple[float, float, float, float]) -> list[Entry]:
+    """Colour a plane by its outcomes; what stands for them in a legend."""
+    colors = [RETURNING, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
+    image = np.array([to_rgb(color) for color in colors])[plane.outcome]
+    axes.imshow(image, extent=extent, origin="lower", aspect="auto", interpolation="nearest")
+    axes.set(xlim=extent[:2], ylim=extent[2:])
+    present = [number for number in range(len(colors)) if plane.share(number)]
+    return [(plane.outcomes[k].name, {"color": colors[k], "linewidth": 5.0}) for k in present]
+
+
+MOTION: Look = {
+    "color": Pixel.BLACK,
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 5.0,
+    "markeredgecolor": Pixel.WHITE,
+    "markeredgewidth": 0.8,
+}
+
+
+def basin_picture(basins: Basins, templates: Path | None = None) -> Picture:
+    """The figure with its words."""
+    facts = {
+        "points": len(basins.plane.x),
+        "fastest_m_s": basins.fastest_m_s,
+        "marked": bool(basins.motions),
+        "shares": basins.shares,
+    }
+    return pictured(FIGURE_BASIN, facts, figure_basin(basins), templates)
+
+
+def figure_basin(basins: Basins) -> Figure:
+    """Phase against velocity just before the impact, coloured by what it leads to, with the motions' own impacts."""
+    plane = basins.plane
+    with style():
+        figure, panels = blank(1)
+        axes = panels[0, 0]
+        named = _coloured(axes, plane, (0.0, 360.0, 0.0, basins.fastest_m_s))
+        for motion in basins.motions:
+            bottom = np.array(motion.word.walls) == BOTTOM
+            velocity = motion.velocity[bottom] * basins.velocity_unit
+            axes.plot(np.degrees(motion.phase[bottom]) % 360, velocity, **MOTION)
+        marks: list[Entry] = [("stable motion", MOTION)] if basins.motions else []
+        axes.set(xticks=range(0, 361, 60))
+        axes.set(xlabel="forcing phase at the bottom impact [°]", ylabel="velocity just before [m/s]")
         return finished(figure, HEIGHT, [], [named, marks])
