@@ -27,7 +27,7 @@ pytest.importorskip("flint")
 from flint import arb
 from pages import render_html
 
-from vireport.findings.certificates.printed import certify_text
+from vireport.findings.certificates.finding import certify_text
 from vireport.findings.certificates.proofs import certify, certify_point
 from vireport.findings.certificates.results import Certificate
 from vireport.report.context import Report

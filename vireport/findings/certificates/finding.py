@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from vireport.base.progress import Progress
+from vireport.scenario.parameters import Parameter
 from vireport.study.finding import AddedFinding
+from vireport.text.enclosed import plus_minus
 
 if TYPE_CHECKING:
     from vireport.findings.certificates.results import Certificate
@@ -45,9 +47,34 @@ class CertificatesFinding(AddedFinding["tuple[Certificate, ...]"]):
         """A line for each critical point."""
         if study.solution.sweep is None:
             return "No critical point to prove: there is no sweep.\n"
-        from vireport.findings.certificates.printed import certify_text
-
         return certify_text(certificates, study.solution.sweep.parameter).rstrip() + "\n"
+
+
+def certify_text(certificates: Sequence[Certificate], parameter: Parameter) -> str:
+    """One line for each critical point, and a summary; for the terminal.
+
+    Parameters
+    ----------
+    certificates : sequence of Certificate
+    parameter : Parameter
+        The one that is swept.
+    """
+    from vireport.text.templates import Words
+
+    say = Words("certificates")
+    if not certificates:
+        return say("nothing")
+    kind = max(len(certificate.kind.words) for certificate in certificates)
+    label = max(len(certificate.label) for certificate in certificates)
+    lines = []
+    for certificate in certificates:
+        name = f"{certificate.label:<{label}}  {certificate.kind.words:<{kind}}"
+        if not certificate.proved:
+            lines.append(f"{name}  {say('unproved', certificate)}")
+            continue
+        value = f"{parameter.symbol} = {parameter.with_unit(f'({plus_minus(certificate.sweep_value)})')}"
+        lines.append(f"{name}  {value}  {say('notes', certificate)}")
+    return "\n".join([*lines, say("summary", certificates)])
 
 
 FINDING = CertificatesFinding()
