@@ -101,7 +101,7 @@ class _Panel:
         for line in axes.lines:
             points = self.points(np.asarray(line.get_xydata()), line.get_transform())
             if line.get_linestyle() != "None" and len(points) > 1:
-                self.cover_segments(points, ON_LINE)
+                self.cover_segments(points)
             if line.get_marker() not in ("None", None, ""):
                 reach = np.arange(-line.get_markersize() / 2, line.get_markersize() / 2 + CELL, CELL)
                 around = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 1, 2)
@@ -121,7 +121,7 @@ class _Panel:
         column, row = (self.inside(points) / CELL).astype(np.intp).T
         self.cost[row, column] = np.maximum(self.cost[row, column], cost)
 
-    def cover_segments(self, points: Floats, cost: float) -> None:
+    def cover_segments(self, points: Floats) -> None:
         """Record lines between points, which are broken where they are NaN."""
         # As many points on each segment as the longest needs to miss no cell; those that lead far off the panel, where
         # a curve has a pole, would need millions.
@@ -129,7 +129,7 @@ class _Panel:
         lengths = np.hypot(*steps.T)
         longest = lengths[lengths < 2 * self.size.sum()].max(initial=CELL)
         part = np.arange(0, 1, CELL / longest)[:, None, None]
-        self.cover(np.concatenate([(points[:-1] + part * steps).reshape(-1, 2), points[-1:]]), cost)
+        self.cover(np.concatenate([(points[:-1] + part * steps).reshape(-1, 2), points[-1:]]), ON_LINE)
 
     def covered(self, low: Floats, high: Floats) -> Floats:
         """How bad it is to cover each of some rectangles."""
@@ -183,7 +183,7 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     if far[best] >= LEADER_FROM:
         to_edge = 1 - np.min(half / np.maximum(np.abs(centre - anchor), half))
         leader = np.stack([anchor, anchor + to_edge * (centre - anchor)])
-        panel.cover_segments(leader, ON_LINE)
+        panel.cover_segments(leader)
         panel.axes.add_artist(Line2D(*(leader / panel.size).T, transform=panel.axes.transAxes, **LEADER))
     panel.axes.text(
         centre[0] / panel.size[0],

@@ -81,21 +81,22 @@ def flight(impacts: DrawnImpacts) -> tuple[Floats, Floats]:
     return impacts.values[3] / 2, impacts.errors[3] / 2
 
 
-def discriminant_marks(records: Sequence[MeasuredAt], color: str) -> Iterator[Marks]:
+def discriminant_marks(records: Sequence[MeasuredAt]) -> Iterator[Marks]:
     """The discriminant of measured 1:1 motions."""
     for at in records:
         if (multipliers := at.multipliers) is not None:
             value, bar = np.array([multipliers.discriminant]), BAR * multipliers.discriminant_error
-            yield Marks(at, color, value, value - bar, value + bar, repeats=True)
+            yield Marks(at, Color.VERMILION, value, value - bar, value + bar, repeats=True)
 
 
-def eigenvalue_marks(records: Sequence[MeasuredAt], color: str) -> Iterator[Marks]:
+def eigenvalue_marks(records: Sequence[MeasuredAt]) -> Iterator[Marks]:
     """The eigenvalues of measured 1:1 motions, or their real parts; bars between those of the ends of the trace's."""
     for at in records:
         if (multipliers := at.multipliers) is not None:
             traces = multipliers.trace + BAR * multipliers.trace_error * np.array([0.0, -1.0, 1.0])
             for values in eigenvalues(traces, multipliers.decay):
-                yield Marks(at, color, values[:1], values.min(keepdims=True), values.max(keepdims=True), repeats=True)
+                low, high = values.min(keepdims=True), values.max(keepdims=True)
+                yield Marks(at, Color.VERMILION, values[:1], low, high, repeats=True)
 
 
 def draw(

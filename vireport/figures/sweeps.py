@@ -666,13 +666,13 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
 def _discriminants(records: Sequence[MeasuredAt]) -> Iterable[Marks]:
     from vireport.figures.measured import discriminant_marks
 
-    return discriminant_marks(records, Color.VERMILION)
+    return discriminant_marks(records)
 
 
 def _eigenvalues(records: Sequence[MeasuredAt]) -> Iterable[Marks]:
     from vireport.figures.measured import eigenvalue_marks
 
-    return eigenvalue_marks(records, Color.VERMILION)
+    return eigenvalue_marks(records)
 
 
 def _measured_legend(drawings: Sequence[Drawing], one_to_one: bool = False) -> list[Entry]:

@@ -154,8 +154,9 @@ def with_line_feeds(data: bytes) -> bytes:
     return data.replace(b"\r", b"\n") if b"\n" not in data else data
 
 
-def first_long_line(data: bytes, start: int = 0) -> int | None:
+def first_long_line(data: bytes) -> int | None:
     """Where the first line begins that is too long for a row; None where none is."""
+    start = 0
     while len(data) - start > LONGEST_LINE:
         end = data.rfind(b"\n", start, start + LONGEST_LINE)
         if end < 0:

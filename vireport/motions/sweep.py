@@ -304,10 +304,10 @@ def level_value(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
     return sum((a * ops.sin(j * phi) + b * ops.cos(j * phi) for j, a, b in parts), -held)
 
 
-def level_slope(polynomial: Polynomial, phi: Any, ops: Any = ARRAYS) -> Any:
+def level_slope(polynomial: Polynomial, phi: Any) -> Any:
     """Derivative of `level_value` by the phase."""
     parts, _ = polynomial
-    return sum(j * (a * ops.cos(j * phi) - b * ops.sin(j * phi)) for j, a, b in parts)
+    return sum(j * (a * ARRAYS.cos(j * phi) - b * ARRAYS.sin(j * phi)) for j, a, b in parts)
 
 
 def level_residual(level: Level, orbit: Orbits) -> Any:

@@ -33,6 +33,9 @@ meets a membrane that the next one passes."""
 PERIODS, MOST_PERIODS = 1, 40
 """Periods that the line is followed back from where it is about as long as the motion's own velocities, and in all."""
 
+MOST_POINTS = 20_000
+"""Points on one section at which it is followed no further."""
+
 BREAK = 4.0
 """Gap between two points of one line, in spacings, from which they are not joined."""
 
@@ -86,11 +89,7 @@ class _Line(NamedTuple):
 
 
 def stable_manifold(
-    groups: Groups[float],
-    companion: Motion,
-    fastest: float,
-    spacing: float = 0.02,
-    most: int = 20_000,
+    groups: Groups[float], companion: Motion, fastest: float, spacing: float = 0.02
 ) -> tuple[ManifoldPiece, ...]:
     """Follow the stable manifold of an unstable motion back from it, () where it has none that is a line.
 
@@ -104,8 +103,6 @@ def stable_manifold(
         Velocity before an impact up to which the line is wanted [y_c].
     spacing : float
         Distance of neighbouring points in time [t_c] and velocity [y_c].
-    most : int
-        Points on one section at which it is followed no further.
     """
     values, vectors = np.linalg.eig(lap_matrix(groups, companion))
     inside = int(np.argmin(np.abs(values)))
@@ -129,15 +126,15 @@ def stable_manifold(
     # Each image of the line a period back holds the one before: the last ones have all of it.
     images: deque[list[ManifoldPiece]] = deque(maxlen=count)
     for _ in range(periods * count):
-        line, begun = _refined(groups, line, fastest, spacing, most)
+        line, begun = _refined(groups, line, fastest, spacing)
         pieces, line = _cut(groups, line, begun, fastest, spacing)
         images.append(pieces)
-        if not 0 < len(line.time) <= most:
+        if not 0 < len(line.time) <= MOST_POINTS:
             break
     return tuple(piece for image in images for piece in image)
 
 
-def _refined(groups: Groups[float], line: _Line, fastest: float, spacing: float, most: int) -> tuple[_Line, Arrivals]:
+def _refined(groups: Groups[float], line: _Line, fastest: float, spacing: float) -> tuple[_Line, Arrivals]:
     """Put points into a line until those a flight back are close to one another; the line, and these."""
     begun = backwards(groups, *line[:3])
     for _ in range(HALVINGS):
@@ -146,7 +143,7 @@ def _refined(groups: Groups[float], line: _Line, fastest: float, spacing: float,
         # Two points a flight back on unlike membranes have a break between them, which no number of points closes:
         # `FINEST` ends the search for it.
         needed = (line.part[1:] == line.part[:-1]) & inside & (~alike | (apart > spacing)) & (steps > FINEST)
-        if not needed.any() or len(line.time) > most:
+        if not needed.any() or len(line.time) > MOST_POINTS:
             break
         at = np.flatnonzero(needed)
         time, before = ((column[at] + column[at + 1]) / 2 for column in (line.time, line.before))
