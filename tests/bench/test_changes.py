@@ -125,7 +125,7 @@ def test_shocks_are_searched_for_only_where_nothing_else_refuses_a_value(monkeyp
     jumps: list[float | None] = [None]
 
     def searched(*inputs: Any) -> LeastShock:
-        searches.append(inputs[3])
+        searches.append(inputs[2])
         return replace(least_of(*inputs), jump=jumps[-1])
 
     monkeypatch.setattr("vireport.findings.outcomes.withstood.least_of", searched)

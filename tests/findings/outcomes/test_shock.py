@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.findings.outcomes.manifold import on_shocks, stable_manifold
 from vireport.findings.outcomes.returning import Elsewhere, core_of, endings
-from vireport.findings.outcomes.shock import SCAN, SEARCH, Effort, LeastShock, Shock, descended, least_shock, shocked
+from vireport.findings.outcomes.shock import (
+    SCAN,
+    SEARCH,
+    Effort,
+    LeastShock,
+    MotionsByStability,
+    Shock,
+    descended,
+    least_shock,
+    shocked,
+)
 from vireport.physics import flight
 from vireport.physics.device import Device
 from vireport.physics.groups import Groups, Restitutions
@@ -26,7 +36,7 @@ FRACTAL = 3.6
 
 
 def least(device: Case, **more: object) -> LeastShock:
-    return least_shock(device.groups, device.stable[0], device.stable[1:], device.unstable, **more)  # type: ignore[arg-type]
+    return least_shock(device.groups, device.stable[0], MotionsByStability(device.stable, device.unstable), **more)  # type: ignore[arg-type]
 
 
 def lead_out(device: Case, found: LeastShock, count: int, largest: float) -> int:
@@ -200,7 +210,10 @@ def test_both_directions_of_a_horizontal_device_are_alike() -> None:
     """The mirror image of a symmetric motion is itself, half a period later."""
     device = case(2.9792, 1.0466, 0.0, 0.3998)
     motion = device.stable[0]
-    found, mirrored = (least_shock(device.groups, each, (), device.unstable) for each in (motion, motion.mirrored()))
+    found, mirrored = (
+        least_shock(device.groups, each, MotionsByStability((), device.unstable))
+        for each in (motion, motion.mirrored())
+    )
     assert found.jump == pytest.approx(mirrored.jump, rel=1e-9)
     assert found.sign * motion.word.walls[found.impact] == mirrored.sign * motion.mirrored().word.walls[mirrored.impact]
 
@@ -241,7 +254,7 @@ def test_a_motion_with_more_impacts_has_its_least_shock() -> None:
     cycle = next(each.cycle for each in reached if each.word == "BBT")
     assert cycle is not None
     motion = cycle.motion(groups.d)
-    found = least_shock(groups, motion, device.stable, device.unstable)
+    found = least_shock(groups, motion, MotionsByStability(device.stable, device.unstable))
     alone = least_shock(groups, motion)
     assert found.jump is not None
     assert found.leads_to is not None
@@ -272,7 +285,7 @@ def test_shocks_that_linger_by_an_unstable_motion_return() -> None:
     end = find_attractor(groups, start_of(np.array([1.0, 0.0, 0.96, 0.586])), 4000, compiled=True)
     assert (end.word, end.period) == ("BTBT", 2)
     motion = end.cycle.motion(groups.d)
-    found = least_shock(groups, motion, (), unlike.unstable, effort=SCAN)
+    found = least_shock(groups, motion, MotionsByStability((), unlike.unstable), effort=SCAN)
     assert found.jump is None
     assert found.patience > core_of(groups, motion).patience
 

@@ -21,7 +21,7 @@ from vireport.design.switched_on import SwitchedOn
 from vireport.findings.outcomes.jitter import jitter as jitter_of
 from vireport.findings.outcomes.outcomes import Outcomes
 from vireport.findings.outcomes.results import disturbances_with_outcomes
-from vireport.findings.outcomes.shock import least_shock
+from vireport.findings.outcomes.shock import MotionsByStability, least_shock
 from vireport.findings.outcomes.steps import JITTER, SHOCK
 from vireport.findings.outcomes.withstood import withstood_by
 from vireport.study.plan import plan, refuse_undecidable
@@ -161,7 +161,7 @@ def least_shock_of_the_first(length: float):
     """Of the first of the stable motions alone, beside the others."""
     device = of(solved("horizontal", device__length_m=length).device)
     assert len(device.stable) == 2
-    return least_shock(device.groups, device.stable[0], device.stable[1:], device.unstable)
+    return least_shock(device.groups, device.stable[0], MotionsByStability(device.stable, device.unstable))
 
 
 @pytest.mark.parametrize("key", ["survives_shock_m_s", "phase_jitter_at_most_deg", None])

@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from vireport import analyse, loads
 from vireport.base.errors import NumericalError
-from vireport.findings.outcomes.shock import SCAN
+from vireport.findings.outcomes.shock import SCAN, MotionsByStability
 from vireport.findings.outcomes.withstood import least_of
 from vireport.map.cells.cells import MapPlan, cell_values, map_plan
 from vireport.map.cells.evaluation import evaluate
@@ -257,9 +257,9 @@ def test_few_tries_find_the_least_shock_that_many_find() -> None:
         stable, unstable = ([motions.motion(int(row), 1) for row in np.flatnonzero(which)] for which in rows)
         if not stable:
             continue
-        few = least_of(device, stable, unstable, effort=SCAN)
+        few = least_of(device, MotionsByStability(stable, unstable), effort=SCAN)
         if few.jump is not None:
-            many = least_of(device, stable, unstable)
+            many = least_of(device, MotionsByStability(stable, unstable))
             compared += 1
             assert many.jump * (1 - 1e-9) < few.jump < many.jump * 1.05
             exact += few.jump < many.jump * (1 + 1e-9)

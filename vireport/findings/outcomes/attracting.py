@@ -19,8 +19,8 @@ from vireport.design.solution import Solution
 from vireport.design.switched_on import SwitchedOn
 from vireport.findings.outcomes.deviations import is_smooth
 from vireport.findings.outcomes.returning import Core, Elsewhere, core_of, endings, patient
-from vireport.findings.outcomes.shock import SCAN, LeastShock, least_shock
-from vireport.findings.outcomes.withstood import Withstood, stable_and_unstable
+from vireport.findings.outcomes.shock import SCAN, LeastShock, MotionsByStability, least_shock
+from vireport.findings.outcomes.withstood import Withstood, motions_by_stability
 from vireport.motions.families import Atlas
 from vireport.physics.groups import Groups
 from vireport.physics.motion import SAME, Motion
@@ -172,14 +172,13 @@ def attracting_motions(
         share = float(np.mean(ends == place[k])) if k in place else None
         shock, unknown = None, why.get(k, "")
         if share is not None:
-            others = [other for other in recognised if other is not motion]
             # By the full search where there was one: a scan is coarser, and the report would have two least shocks of
             # one motion.
             stated = withstood.shock if withstood is not None else None
             if stated is not None and stated.motion.distance(motion) == 0:
                 shock = stated
             else:
-                shock, unknown = _shock(groups, motion, others, unstable, least)
+                shock, unknown = _shock(groups, motion, MotionsByStability(recognised, unstable), least)
         attracting.append(AttractingMotion(motion, motion.word.name, share, rested[k], shock, unknown))
     rests = float(np.mean(ends == Elsewhere.RESTS))
     resting = end is not None and end.destination in (Destination.REST_CYCLE, Destination.AT_REST)
@@ -199,7 +198,7 @@ def _both_kinds(solution: Solution, switched_on: SwitchedOn, atlas: Atlas | None
     design, device = solution.design, solution.device.constant_restitution("the other stable motion")
     if design is None:
         return [], []
-    stable, unstable = stable_and_unstable(design, device)
+    stable, unstable = map(list, motions_by_stability(design, device))
     flat = mirrored(device)
 
     def add(to: list[Motion], motion: Motion) -> None:
@@ -240,18 +239,14 @@ def _from_rest(
 
 
 def _shock(
-    groups: Groups[float],
-    motion: Motion,
-    others: Sequence[Motion],
-    unstable: Sequence[Motion],
-    least: float,
+    groups: Groups[float], motion: Motion, neighbours: MotionsByStability, least: float
 ) -> tuple[LeastShock | None, str]:
     """The least shock of a motion, or why it is not known."""
     try:
         # Beside chaos each shock that leads out is followed for thousands of impacts: a full search took ten minutes.
-        shock = least_shock(groups, motion, others, unstable, effort=SCAN)
+        shock = least_shock(groups, motion, neighbours, effort=SCAN)
         if shock.jump is None and least >= shock.searched_to:
-            shock = least_shock(groups, motion, others, unstable, least * (1 + 1e-9), SCAN)
+            shock = least_shock(groups, motion, neighbours, least * (1 + 1e-9), SCAN)
         return shock, ""
     except (NumericalError, ValueError) as error:
         return None, str(error)

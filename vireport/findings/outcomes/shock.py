@@ -149,6 +149,25 @@ class Shock(NamedTuple):
     jump: float
 
 
+class MotionsByStability(NamedTuple):
+    """The motions of a device that lie beside one another: between which shocks lead, and over which the ways go.
+
+    Attributes
+    ----------
+    stable : sequence of Motion
+        Each is recognised where a shock leads to it.
+    unstable : sequence of Motion
+        On the stable manifold of one of which the edge of a basin may lie.
+    """
+
+    stable: Sequence[Motion] = ()
+    unstable: Sequence[Motion] = ()
+
+
+ALONE = MotionsByStability()
+"""The neighbours of a motion of whose device no other is known."""
+
+
 def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, jump: Floats) -> Floats:
     """The states that shocks make of a motion, as rows of `check_start`, (n, 4).
 
@@ -186,8 +205,7 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
 def least_shock(
     groups: Groups[float],
     motion: Motion,
-    others: Sequence[Motion] = (),
-    companions: Sequence[Motion] = (),
+    neighbours: MotionsByStability = ALONE,
     searched_to: float | None = None,
     effort: Effort = SEARCH,
 ) -> LeastShock:
@@ -201,10 +219,8 @@ def least_shock(
         Of the device.
     motion : Motion
         Stable.
-    others : sequence of Motion
-        Further stable motions, which are then recognised sooner.
-    companions : sequence of Motion
-        Unstable motions, on the stable manifold of one of which the edge may lie.
+    neighbours : MotionsByStability
+        Other motions, among the stable ones this one too or not.
     searched_to : float, optional
         Largest size to be tried [y_c]; by default the largest impact velocity of the motion.
     effort : Effort
@@ -238,7 +254,8 @@ def least_shock(
         raise ValueError(f"jumps can be tried up to a positive, finite size, not {farthest}")
     if any(groups.restitution_at(wall) == 0 for wall in motion.word.walls):
         raise ValueError("a ball that does not bounce leaves a membrane with no velocity: shocks need a restitution")
-    cores = patient(groups, [core_of(groups, stable, compiled=True) for stable in (motion, *others)], companions)
+    stable = motion, *(other for other in neighbours.stable if other is not motion)
+    cores = patient(groups, [core_of(groups, attracts, compiled=True) for attracts in stable], neighbours.unstable)
     search = _Search(groups, cores, effort)
     while True:
         leads_out, spacing = search.coarse(farthest)
@@ -250,7 +267,7 @@ def least_shock(
                 break
             duration = float(search.durations[leads_out.impact])
             by_search = descended(search.leads_out, leads_out, spacing, duration, effort)
-            by_search, exact, companion = search.on_manifold(by_search, companions)
+            by_search, exact, companion = search.on_manifold(by_search, neighbours.unstable)
             leads_out, spacing = search.below(exact or by_search)
         patience = search.cores[0].patience
         if by_search is None:

@@ -17,7 +17,7 @@ from vireport.findings.outcomes.deviations import is_smooth
 from vireport.findings.outcomes.jitter import Jitter, NoJitter, jitter
 from vireport.findings.outcomes.manifold import ShockLine, on_shocks, stable_manifold
 from vireport.findings.outcomes.plane import OutcomePlane, shock_plane
-from vireport.findings.outcomes.shock import SEARCH, Effort, LeastShock, least_shock
+from vireport.findings.outcomes.shock import SEARCH, Effort, LeastShock, MotionsByStability, least_shock
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import Groups, by_wall
@@ -175,17 +175,17 @@ def withstood_by(
     # Only 1:1 motions, whatever the sweep: their companions are known from the same equations without following any.
     at = Parameter.LENGTH, device.length_m
     groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
-    stable, unstable = stable_and_unstable(design, device)
+    motions = motions_by_stability(design, device)
     shock, unknown = None, ""
     if shocks:
         try:
-            shock = least_of(groups, stable, unstable, None if least_m_s is None else least_m_s / unit)
+            shock = least_of(groups, motions, None if least_m_s is None else least_m_s / unit)
         except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
             unknown = str(error)
     # A motion that has no jitter counts as the one that spreads most: no spread of another may stand for it.
     spreads: list[Jitter | NoJitter] = []
     if jitter_m_s or jitter_restitution:
-        spreads = [jitter(groups, motion, jitter_m_s / unit, jitter_restitution) for motion in stable]
+        spreads = [jitter(groups, motion, jitter_m_s / unit, jitter_restitution) for motion in motions.stable]
     largest, period = max(spreads, key=_size, default=None), 0.5 / float(device.frequency_hz)
     return Withstood(unit, period, shock, unknown, jitter_m_s, jitter_restitution, largest, solution.membrane)
 
@@ -220,20 +220,19 @@ def shocks_around(
     return plane, [line for piece in pieces for line in on_shocks(groups, least.motion, piece)]
 
 
-def stable_and_unstable(design: DesignPoint, device: Device) -> tuple[list[Motion], list[Motion]]:
+def motions_by_stability(design: DesignPoint, device: Device) -> MotionsByStability:
     """The admissible motions at the design point, of the unstable ones those whose neighbourhood is known."""
     motions = design.motions
     stable, unstable = (
         [motions.motion(int(row), device.period_ratio) for row in np.flatnonzero(rows)]
         for rows in (motions.stable_mask, motions.admissible_mask & ~motions.stable_mask)
     )
-    return stable, list(filter(is_smooth, unstable))
+    return MotionsByStability(stable, list(filter(is_smooth, unstable)))
 
 
 def least_of(
     groups: Groups[float],
-    stable: Sequence[Motion],
-    unstable: Sequence[Motion],
+    motions: MotionsByStability,
     least: float | None = None,
     effort: Effort = SEARCH,
 ) -> LeastShock:
@@ -243,10 +242,8 @@ def least_of(
     ----------
     groups : Groups
         Of the device.
-    stable : sequence of Motion
-        At least one.
-    unstable : sequence of Motion
-        On the stable manifold of one of which the edge may lie.
+    motions : MotionsByStability
+        At least one of them stable.
     least : float, optional
         Shock that must be withstood [y_c]; searched that far only where none leads out up to the impact velocity.
     effort : Effort
@@ -257,15 +254,12 @@ def least_of(
         As `least_shock`.
     """
     # All as far as the fastest: one that is searched less far could have a smaller shock than the least that is found.
-    usual = max(float(np.abs(motion.velocity).max()) for motion in stable)
+    usual = max(float(np.abs(motion.velocity).max()) for motion in motions.stable)
     # Searched further only where nothing leads out: the same number of shocks in a wider range are farther apart. By a
     # hair more than is required, lest the range fall short of it when it is converted back to m/s.
     further = [least * (1 + 1e-9)] if least is not None and least >= usual else []
     for farthest in [usual, *further]:
-        shocks = [
-            least_shock(groups, motion, [other for other in stable if other is not motion], unstable, farthest, effort)
-            for motion in stable
-        ]
+        shocks = [least_shock(groups, motion, motions, farthest, effort) for motion in motions.stable]
         least_one = min(shocks, key=lambda shock: np.inf if shock.jump is None else shock.jump)
         if least_one.jump is not None:
             break

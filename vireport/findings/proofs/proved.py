@@ -19,7 +19,7 @@ from vireport.design.switched_on import SwitchedOn
 from vireport.findings.outcomes.manifold import on_shocks, stable_manifold
 from vireport.findings.outcomes.returning import core_of, endings
 from vireport.findings.outcomes.shock import LeastShock
-from vireport.findings.outcomes.withstood import Withstood, stable_and_unstable
+from vireport.findings.outcomes.withstood import Withstood, motions_by_stability
 from vireport.findings.proofs.following import Goal
 from vireport.findings.proofs.section import Section, proved_section, section_again
 from vireport.findings.proofs.survived import Survived, survived, survived_again
@@ -162,7 +162,7 @@ def proved_of(
     if refused is not None:
         return Proved(unit, Arrival(reason=refused), unproved=refused)
     # Unstable motions are on the borders of basins: their stable manifolds say how far proofs about shocks can reach.
-    motions, companions = stable_and_unstable(design, device)
+    motions, companions = map(list, motions_by_stability(design, device))
     traps = [trap_of(groups, motion, compiled) for motion in motions]
     say = progress or (lambda _: None)
     say("proving that the motion is reached from rest")

@@ -47,7 +47,7 @@ def shock_columns(
     unit : array_like
         y_c of the cells [m/s].
     """
-    from vireport.findings.outcomes.shock import SCAN
+    from vireport.findings.outcomes.shock import SCAN, MotionsByStability
     from vireport.findings.outcomes.withstood import least_of
 
     jump, searched = np.full(len(groups.d), np.nan), np.full(len(groups.d), np.nan)
@@ -60,7 +60,7 @@ def shock_columns(
         )
         cell_groups = groups.map_numbers(itemgetter(cell)).as_floats()
         try:
-            least = least_of(cell_groups, attracting, others, effort=SCAN)
+            least = least_of(cell_groups, MotionsByStability(attracting, others), effort=SCAN)
         except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce
             continue
         searched[cell] = least.searched_to
