@@ -75,5 +75,6 @@ def _end(groups: Groups[float], ratio: int) -> FromRest:
             return rest[0]
         if (cycle := attracting(ball)) is not None:
             return FromRest.on(cycle, ratio)
+        # From where the ball is: its earlier impacts are too far from what attracts it to be looked at again.
         start, released = ball.last, False
     return FromRest(Destination.UNDECIDED)

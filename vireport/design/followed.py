@@ -121,6 +121,7 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
         return None
     way, ends = curve.tangent(x), []
     for sign in (-Line.sense(varied), Line.sense(varied)):
+        # A line that ends where the design point is has nothing to be followed on that side.
         position, event = 0.0, Event.SWEEP_END
         if (least if sign < 0 else most) != 0:
             trail = follow(curve, PathPoint(curve, x, way if way[-1] * sign > 0 else -way), LOSES_STABILITY)

@@ -48,6 +48,8 @@ class Recovery(Struct, frozen=True):
 
 def largest_modulus(trace: Floats, decay: Floats | float) -> Floats:
     """Modulus of the larger multiplier, by the trace and the root of the determinant, with all digits everywhere."""
+    # By the size of the trace, in which nothing cancels: the signs of both multipliers do not matter. Complex ones have
+    # the decay as their modulus, and real ones have a larger one of at least that.
     size = np.abs(trace)
     return np.asarray(np.maximum((size + np.sqrt(np.maximum(discriminant(size, decay), 0.0))) / 2, decay))
 

@@ -155,6 +155,7 @@ def _input_error_of_law(device: Device, motions: Motions) -> Floats:
 
 def mass_elasticity(speed_bottom: Floats, speed_top: Floats, membrane: Membrane) -> float:
     """Largest relative change of U_ave over that of the ball's mass, at impact velocities [m/s] of some motions."""
+    # By a difference, whose error is of the size of the change: the elasticity is told to a digit or two.
     heavier = replace(membrane, ball_mass_kg=membrane.ball_mass_kg * (1 + SMALL))
     base, more = (voltages(speed_bottom, speed_top, either).average_v for either in (membrane, heavier))
     usable = base > 0
