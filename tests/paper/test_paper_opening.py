@@ -21,8 +21,8 @@ ROWS = {
 }
 
 
-def paper(overrides=(), intervals=(11, 11), difference=1e-15):
-    rows = SimpleNamespace(overrides=overrides, intervals=intervals, simulation_difference=difference)
+def paper(overrides=(), intervals=(11, 11), difference=1e-15, printed=3):
+    rows = SimpleNamespace(overrides=overrides, intervals=intervals, simulation_difference=difference, printed=printed)
     rows.agreeing = ROWS.__getitem__
     return rows
 
@@ -63,6 +63,14 @@ def test_of_a_changed_device() -> None:
     ]
     tile = opening.tiles[0]
     assert (tile.label, tile.value, tile.remark) == ("As printed", "1 of 3", "with the changes")
+
+
+def test_results_of_motions_that_a_changed_device_has_not_are_counted() -> None:
+    opening = paper_opening(paper(("device.restitution=0.9",), printed=31)).worded()
+    assert opening.sentence == (
+        "With device.restitution=0.9, 1 of the 31 results that the paper prints stay as they are; 28 are of motions "
+        "that are not there."
+    )
 
 
 @pytest.mark.parametrize(

@@ -22,13 +22,13 @@ SIMULATED_ALIKE = 1e-9
 def paper_opening(paper: ReproducedPaper) -> Opening:
     """Choose what the report on the paper opens with."""
     confirmed, differing, silent = (len(paper.agreeing(agrees)) for agrees in (True, False, None))
-    printed = confirmed + differing
+    printed, gone = paper.printed, paper.printed - confirmed - differing
     facts = gravest([*_differing(paper), *_table_1(paper), *_simulated(paper)])
     if paper.overrides:
         return Opening(
             Status.NEUTRAL,
             _said("word_changed"),
-            _said("changed", list(paper.overrides), confirmed, printed),
+            _said("changed_and_gone" if gone else "changed", list(paper.overrides), confirmed, printed, gone),
             facts,
             (Statement(Status.NEUTRAL, _said("tile_same", confirmed, printed)), *_tiles(paper)),
         )

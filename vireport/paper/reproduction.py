@@ -76,6 +76,11 @@ class ReproducedPaper(Struct, frozen=True, eq=False):
         return [row for row in self.rows if row.agrees is agrees]
 
     @property
+    def printed(self) -> int:
+        """How many results the paper prints, also of motions that a changed device has not."""
+        return sum(case.results for case in CASES)
+
+    @property
     def intervals(self) -> tuple[int, int]:
         """Intervals of Table 1: how many are of the printed type, and how many there are in print."""
         pairs = [

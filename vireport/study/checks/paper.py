@@ -133,6 +133,12 @@ class PaperCase(Struct, frozen=True):
     gravity: tuple[tuple[float, str], ...] = ()
     modulus: str = ""
 
+    @property
+    def results(self) -> int:
+        """How many results the paper prints of the sweep."""
+        of_motions = sum(3 + bool(x.q) + len(x.flights) + len(x.swept) for x in self.motions)
+        return len(self.phases) + of_motions + len(self.gravity) + bool(self.modulus)
+
 
 SLIPS = Misprint.GRAVITY, Misprint.EIGENVALUE, Misprint.FIGURE_1
 """Slips that bear on every case."""
@@ -476,7 +482,7 @@ def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours
 def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
     """U and phase of the first stable motion at a value of the swept parameter."""
     groups = sweep.device.groups(sweep.parameter, value).map_numbers(lambda group: np.array([group], dtype=float))
-    motions = motions_of(sweep, find_motions(groups, 1).orbit)
+    motions = motions_of(sweep, find_motions(groups, sweep.device.period_ratio).orbit)
     stable = np.flatnonzero(motions.stable_mask)
     return (float(motions.q[stable[0]]) - 0.5, float(motions.phi_bottom[stable[0]])) if stable.size else None
 
