@@ -45,6 +45,7 @@ docs/map
 docs/optimise
 docs/explore
 docs/identify
+docs/paper
 docs/templates
 docs/made/glossary
 docs/made/alerts

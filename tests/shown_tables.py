@@ -687,12 +687,16 @@ def printed_faults(rows: list[list[str]]) -> Iterator[str]:
 
 
 def types_faults(x: Results, rows: list[list[str]]) -> Iterator[str]:
-    """Table 1 of the paper beside ours: what is computed is that of results.json, and both agree where it is said."""
-    for motion, printed, computed, told in rows:
-        family = motion.split(",")[0].lower()
-        words = [of["stability"] for of in x.data["table_1"] if of["family"] == family]
-        if any(word not in words for word in computed.split(", ")):
-            yield f"{motion}: {computed} is shown as computed, and results.json has {words}"
+    """Table 1 of the paper beside ours: intervals and types are those of results.json, and agree where it is said."""
+    ours = {(row["Motion"], row["Interval"]): of for row, of in zip(table_1(x), x.data["table_1"], strict=True)}
+    for motion, interval, low, high, printed, computed, told in rows:
+        of = ours.get((motion.split(",")[0], interval))
+        if of is not None:
+            for side, text in ((of["d_start"], low), (of["d_end"], high)):
+                if wrong := Said("{}", number(side, model_digits(x))).faults(text, whole=True):
+                    yield f"{motion}, {interval}: {wrong}"
+        if computed != ("—" if of is None else of["stability"]):
+            yield f"{motion}, {interval}: {computed} is shown as computed, and results.json has {of}"
         if (told == "agrees") is not (printed == computed):
             yield f"{motion}: {printed} beside {computed}, and {told!r}"
 
@@ -1085,7 +1089,7 @@ TABLES: dict[str, Callable[[Results], list[Row]]] = {
 }
 """What stands in each table, by its caption."""
 
-WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Misprints of the paper .*")
+WORDS_ONLY = ("Symbols: .*", "Not in this report", "Made with", "Misprints in the paper.s text")
 """Captions of tables of words, or of numbers that are no results: what was run, with what."""
 
 
