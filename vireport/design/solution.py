@@ -37,6 +37,7 @@ from vireport.physics.energy import (
     stretch_of,
     voltages,
 )
+from vireport.physics.reach import is_out_of_reach
 from vireport.scenario.blocks import TolerancesBlock
 from vireport.scenario.parameters import DesignInput, Parameter
 
@@ -137,6 +138,12 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
             return self.device.shaker(self.parameter, float(self.device.value_of(self.parameter)))
         ends = [self.device.shaker(self.parameter, end) for end in (self.sweep.start, self.sweep.end)]
         return Shaker(*(max(getattr(end, name) for end in ends) for name in Shaker.__struct_fields__))
+
+    @cached_property
+    def on_table(self) -> bool:
+        """Whether the top is out of the ball's reach, along the sweep and at the design point, so that none is 1:1."""
+        ends = () if self.sweep is None else (self.sweep.start, self.sweep.end)
+        return is_out_of_reach(self.device, self.parameter, ends)
 
     @property
     def horizontal(self) -> bool:

@@ -75,20 +75,22 @@ def reach(groups: Groups[Any]) -> float:
     return fastest**2 / (2 * gbar) + 2 * travel
 
 
-def is_out_of_reach(device: Device, parameter: Parameter, values: tuple[float, ...]) -> bool:
-    """Whether a ball strikes the top no more in the long run, for a parameter anywhere between some values.
+def is_out_of_reach(device: Device, parameter: Parameter, ends: tuple[float, ...] = ()) -> bool:
+    """Whether a ball strikes the top no more in the long run: at the design point, and all along a sweep.
 
     Parameters
     ----------
     device : Device
     parameter : Parameter
-        That varies.
-    values : tuple of float
-        In its unit.
+        That is swept.
+    ends : tuple of float
+        Of the sweep, in the parameter's unit; none without a sweep.
 
     Notes
     -----
     In metres `reach` grows with the force and the restitutions, and falls with frequency and inclination. So a top that
     is out of reach at both ends of a sweep is so all along it.
     """
+    design = device.value_of(parameter)
+    values = ends if design is None else (*ends, design)
     return all(groups.d > reach(groups) for groups in (device.groups(parameter, value) for value in values))

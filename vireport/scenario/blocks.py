@@ -1014,17 +1014,6 @@ class Scenario(Block):
     )
 
     @property
-    def motion_limits(self) -> MotionsBlock | None:
-        """Limits of the motions that are followed: those given, or what requirements need; None where none is."""
-        allowed = self.requirements.allowed if self.requirements is not None else ()
-        if self.motions is not None or not allowed:
-            return self.motions
-        least = MotionsBlock()
-        return MotionsBlock(
-            impacts=max(least.impacts, *map(len, allowed)), periods=max(least.periods, self.period_ratio)
-        )
-
-    @property
     def parameter(self) -> Parameter:
         """The parameter that is swept; the length where none is."""
         return Parameter.LENGTH if self.sweep is None else self.sweep.parameter

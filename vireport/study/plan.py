@@ -17,7 +17,9 @@ from msgspec import Struct
 
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError, install_command
-from vireport.scenario.blocks import Direction, Scenario
+from vireport.physics.device import Device
+from vireport.physics.reach import is_out_of_reach
+from vireport.scenario.blocks import Direction, MotionsBlock, Scenario
 from vireport.scenario.keys import value_at
 from vireport.scenario.parameters import Parameter
 from vireport.scenario.rules import ADDED_IF_FULL, SPECIAL, Special, barred_blocks
@@ -382,7 +384,7 @@ FOLLOW = Precondition(
     "simulation.follow is none",
 )
 MOTIONS = Precondition(
-    lambda scenario, _: scenario.motion_limits, "the scenario has no motions block", adds=Addition.MOTIONS
+    lambda scenario, _: motion_limits(scenario), "the scenario has no motions block", adds=Addition.MOTIONS
 )
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
 DISTORTED = Precondition(
@@ -393,6 +395,26 @@ DISTORTED = Precondition(
     "neither a disturbances block nor requirements.withstands_distortion_percent asks for it",
     adds=AddedBlock("disturbances") if "outcomes" in ADDITIONS else None,
 )
+
+
+def motion_limits(scenario: Scenario) -> MotionsBlock | None:
+    """Limits of the motions that are followed: those given, or what requirements or a table need; None where none is.
+
+    Above a table, a bottom whose top is out of reach, no motion is a 1:1 motion.
+    """
+    allowed = scenario.requirements.allowed if scenario.requirements is not None else ()
+    if scenario.motions is not None or not (allowed or _is_table(scenario)):
+        return scenario.motions
+    least = MotionsBlock()
+    impacts = max([least.impacts, *map(len, allowed)])
+    return MotionsBlock(impacts=impacts, periods=max(least.periods, scenario.period_ratio))
+
+
+def _is_table(scenario: Scenario) -> bool:
+    """Whether the top is out of reach along a sweep for which families are known."""
+    if scenario.sweep is None or "motions" in barred_blocks(scenario):
+        return False
+    return is_out_of_reach(Device.of(scenario), scenario.parameter, (scenario.sweep.from_, scenario.sweep.to))
 
 
 def _package(name: str, module: str) -> Precondition:
@@ -481,7 +503,7 @@ def _followed(scenario: Scenario) -> str:
     """The families of motions, with what they will take."""
     from vireport.motions.atlas.families import LOOKED_FOR
 
-    limits = scenario.motion_limits
+    limits = motion_limits(scenario)
     if limits is None:
         return Task.MOTIONS.what
     most = COEXISTING_S * limits.periods + (LONG_WORDS_S if limits.impacts > LOOKED_FOR else 0.0)
@@ -493,7 +515,7 @@ def _followed(scenario: Scenario) -> str:
 
 def _search(scenario: Scenario) -> str:
     """The best design, with what its search will take: a run for each of the best cells, where these are needed."""
-    costly = scenario.tolerances or scenario.motion_limits or scenario.simulation
+    costly = scenario.tolerances or motion_limits(scenario) or scenario.simulation
     return f"{Task.OPTIMISE.what}, by vireport optimise: {'minutes' if costly else 'about 20 s'}"
 
 
@@ -519,7 +541,10 @@ STEPS = (
     DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
     DeclaredStep(Task.FIGURE_6, (SIMULATION, DISPLACEMENT, PICTURES), "simulation.displacement names values"),
     DeclaredStep(
-        Task.MOTIONS, (SWEEP, MOTIONS), "a motions block, or a word that is required, asks for them", costs=_followed
+        Task.MOTIONS,
+        (SWEEP, MOTIONS),
+        "a motions block, a word that is required, or a ball on a table asks for them",
+        costs=_followed,
     ),
     DeclaredStep(Task.FIGURE_DEVICE, (PICTURES,), "every scenario has a device"),
     DeclaredStep(Task.FIGURE_MARGINS, (DESIGN, PICTURES), "the design point is given"),

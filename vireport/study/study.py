@@ -35,6 +35,7 @@ from vireport.study.plan import (
     FORMATS,
     Plan,
     Task,
+    motion_limits,
     plan,
     refuse_undecidable,
 )
@@ -375,8 +376,9 @@ def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress:
 
         study = replace(study, attractors_from_rest=attractors_from_rest(solution.sweep))
     study = _switched_on(study, say)
-    if scenario.motion_limits is not None and steps.runs(Task.MOTIONS):
-        study = _with_motions(study, scenario.motion_limits, say)
+    limits = motion_limits(scenario)
+    if limits is not None and steps.runs(Task.MOTIONS):
+        study = _with_motions(study, limits, say)
     study = _with_findings(study, say)
     if steps.runs(Task.OWN_STIFFNESS):
         say("solving with the membranes' own stiffness")

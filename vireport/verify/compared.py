@@ -66,7 +66,7 @@ def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> Cas
         errors += motion_errors(motions, range(len(motions)), solution.device, design.parameter, degenerate)
         if not degenerate:
             _require_all_motions(study)
-        if not motions.stable_mask.any() and AlertCode.DESIGN_NOT_STABLE not in codes:
+        if not (motions.stable_mask.any() or solution.on_table) and AlertCode.DESIGN_NOT_STABLE not in codes:
             raise WrongAnswerError("no alert says that there is no stable motion")
         texts.append(f"motions: {len(motions)}")
     if solution.sweep is not None:
@@ -76,7 +76,7 @@ def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> Cas
             inner = np.array([i for i in range(1, len(branch.motions) - 1) if i not in marked], dtype=int)
             rows = rng.permutation(inner)[:ROWS]
             errors += motion_errors(branch.motions, rows, solution.device, solution.sweep.parameter, near=True)
-        if not solution.stable_ranges and AlertCode.NO_STABLE_MOTION not in codes:
+        if not (solution.stable_ranges or solution.on_table) and AlertCode.NO_STABLE_MOTION not in codes:
             raise WrongAnswerError("no alert says that the sweep has no stable motion")
         errors.append(point_errors(solution.critical_points, solution.device, solution.sweep.parameter))
         labels = " ".join(point.label for point in solution.critical_points) or "none"

@@ -22,7 +22,7 @@ from vireport.motions.one_to_one import impact_velocities
 from vireport.motions.stability import Stability
 from vireport.physics.device import Device
 from vireport.physics.energy import Dielectric, Membrane, MembraneStretch, area_growth, deflection
-from vireport.physics.groups import SpeedLaw
+from vireport.physics.groups import Groups, SpeedLaw
 from vireport.physics.motion import Symmetry
 from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -332,7 +332,7 @@ def test_a_value_that_can_be_meant_is_not_asked_about(overrides: list[str], exam
 def known(**results: object) -> SimpleNamespace:
     """A solution of which nothing is known but what is given."""
     nothing = {"diagram": None, "stable_ranges": (), "branches": (), "design": None, "membrane": None, "sweep": None}
-    nothing |= {"critical_points": (), "horizontal": False, "stretch": None}
+    nothing |= {"critical_points": (), "horizontal": False, "stretch": None, "on_table": False}
     nothing |= {"device": SimpleNamespace(rubs=False, law=None)}
     return SimpleNamespace(**nothing | results)
 
@@ -393,7 +393,7 @@ def given(**values: object) -> SimpleNamespace:
     """A device with some values, and others that can be meant."""
     usual = {"length_m": 0.7, "amplitude_n": 3.0, "frequency_hz": 2.0, "inclination_deg": 45.0}
     usual |= {"capsule_mass_kg": 0.1245, "restitution": 0.5, "gravity_m_s2": 9.8}
-    device = SimpleNamespace(**{"groups": lambda *_: (0.5, 1.25), "harmonics": ()} | usual | values)
+    device = SimpleNamespace(**{"groups": lambda *_: Groups(0.5, 1.25, 0.5), "harmonics": ()} | usual | values)
     device.inputs = tuple(DesignInput(key) for key in usual if key != "gravity_m_s2")
     device.value_of = lambda varied: getattr(device, varied)
     return device
@@ -514,6 +514,7 @@ SAID = [
     ("VR022", simulated()),
     ("VR022", {"solution": known(device=given())}),
     ("VR015", {"solution": known(device=given(length_m=70.0))}),
+    ("VR015", {"solution": known(device=given(length_m=300.0, groups=lambda *_: Groups(300.0, 1.25, 0.5)))}),
     ("VR015", {"solution": known(device=given(frequency_hz=12.566), membrane=SimpleNamespace(ball_mass_kg=0.083))}),
     ("VR015", {"solution": known(device=given(gravity_m_s2=981.0, inclination_deg=0.7854))}),
 ]
@@ -551,7 +552,7 @@ def test_causes_say_what_is_kept() -> None:
     rows, lines = {row.code: row for row in CATALOGUE}, []
     for code, results in SAID:
         lines.append(f"{code}: {cause_of(rows[AlertCode(code)], evidence_of(results))}")
-        assert not cause_of(rows[AlertCode(code)], Evidence(known(device=given(groups=lambda *_: (0.5, 0.5)))))
+        assert not cause_of(rows[AlertCode(code)], Evidence(known(device=given(groups=lambda *_: Groups(0.5, 0.5, 0.5)))))
     assert not any("{" in line for line in lines)
     assert read_back("words, causes", lines) == []
 

@@ -125,7 +125,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         )
         from vireport.text.requirements import Question
 
-        motions = stable_motions(evidence.solution, evidence.atlas)
+        motions = stable_motions(evidence)
         withstood = outcomes.withstood if not motions.narrow else None
         if withstood is not None and (withstood.shock is not None or withstood.shock_unknown):
             # Good only where one is required: nothing else says how large the shocks of a device are.

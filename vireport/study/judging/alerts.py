@@ -22,6 +22,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.forcing import peaks
 from vireport.physics.groups import by_wall
 from vireport.physics.motion import Symmetry
+from vireport.physics.reach import is_out_of_reach
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.evidence import Evidence
@@ -125,7 +126,8 @@ Cause = Callable[[Evidence], Iterable[Sentence]]
 
 
 def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
-    if results.solution.diagram is not None and not results.solution.stable_ranges:
+    solution = results.solution
+    if solution.diagram is not None and not solution.stable_ranges and not solution.on_table:
         yield Sentence("nowhere")
         disturbances = results.switched_on
         if disturbances is not None and disturbances.sampled:
@@ -158,8 +160,8 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     design = results.solution.design
     if design is None or design.motions.stable_mask.any():
         return
-    if results.required_motions_met:
-        return  # what is stable there is a motion that was asked for
+    if results.required_motions_met or results.solution.on_table:
+        return  # what is stable there is a motion that was asked for, or no motion can be 1:1
     count = len(design.motions)
     place = design.parameter.place(design.value)
     yield Sentence({0: "none", 1: "one"}.get(count, "several"), {"place": place, "count": count})
@@ -409,13 +411,15 @@ def _doubts(
     values |= {f"device.membrane.{name}": getattr(membrane, name, None) for name in MEMBRANE_LENGTHS}
     values |= {varied.path: device.value_of(varied) for varied in device.inputs} | {"gravity_m_s2": device.gravity_m_s2}
     values_set = [(path, path, value) for path, value in values.items() if value is not None]
+    parameter, *ends = swept if swept is not None else (Parameter.LENGTH,)
+    on_table = is_out_of_reach(device, parameter, tuple(ends))
     if swept is not None:
-        parameter, *ends = swept
         values_set += [(f"sweep.{key}", parameter.path, end) for key, end in zip(("from", "to"), ends, strict=True)]
     for path, kind, value in values_set:
         doubt = _doubt(kind, float(value), float(device.capsule_mass_kg))
         if doubt is not None:
-            yield Sentence(doubt.name, {"path": path, "value": float(value), **doubt.values})
+            name = "table" if kind == Parameter.LENGTH.path and on_table else doubt.name
+            yield Sentence(name, {"path": path, "value": float(value), **doubt.values})
 
 
 def _doubt(path: str, value: float, capsule: float) -> Sentence | None:

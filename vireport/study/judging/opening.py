@@ -189,11 +189,26 @@ def _sentence(verdict: Verdict) -> Said:
         return Said("stable_in_sweep", (verdict, *solution.settable_ranges[:1]))
     if conclusion is Conclusion.STABLE and not verdict.motion.data.types:
         return Said("stable_as_required", (Said(_running(verdict)),))
+    if conclusion in (Conclusion.BOUNCING, Conclusion.NOT_BOUNCING):
+        return _bouncing(verdict)
     margin = verdict.margin.data.to_use if verdict.margin is not None else None
     if conclusion is Conclusion.MARGIN_SMALL and margin is not None and margin.gone:
         return Said("margin_gone", (Said(_running(verdict)),))
     file = conclusion.words if isinstance(conclusion, AddedConclusion) else "opening"
     return Said(conclusion.name.lower(), (Said(_running(verdict)),), file)
+
+
+def _bouncing(verdict: Verdict) -> Said:
+    """The sentence on a ball on a table: its first stable motion, and where that is or whether the ball starts so."""
+    words, end = verdict.motion.data.instead[:1], verdict.evidence.from_rest
+    if verdict.evidence.solution.design is None and verdict.where is not None and words:
+        return Said("bouncing_in_sweep", (*words, verdict.inequality(verdict.where.data[0])))
+    name = "bouncing" if words else "not_bouncing"
+    if end is None or not end.decided:
+        return Said(name, words)
+    if words and (end.word, end.periods) == (words[0].letters, words[0].periods):
+        return Said("bouncing_by_itself", words)
+    return Said(f"{name}_from_rest", (*words, _ending(end)))
 
 
 def _running(verdict: Verdict) -> str:
@@ -259,6 +274,14 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
         return
     if motion.types:
         yield _fact(Status.GOOD, "strikes_each", verdict)
+        return
+    if evidence.solution.on_table:
+        if others := motion.instead[1:]:
+            name = "others_in_sweep" if evidence.solution.design is None else "others_coexist"
+            yield _fact(Status.NEUTRAL, name, others)
+        for end in evidence.from_rest_along[:MOST_ENDINGS]:
+            yield _fact(Status.NEUTRAL, "comes_from_rest_over_sweep", _ending(end))
+        yield _fact(Status.NEUTRAL, "never_at_the_top")
         return
     if motion.instead:
         yield _fact(verdict.motion.status, "strikes_instead", motion.instead)
@@ -441,7 +464,11 @@ def _from_rest(verdict: Verdict, again: Reproduction | None) -> Statement | None
         return _tile(status, f"settles_{agrees}", verdict, end)
     if evidence.is_reached_from_rest:
         return _tile(status, "reached", end)
-    return _tile(status, "elsewhere", _ending(end)) if end.decided else _tile(status, "undecided")
+    if not end.decided:
+        return _tile(status, "undecided")
+    if evidence.solution.on_table:
+        return _tile(Status.NEUTRAL, "bounces", _ending(end))
+    return _tile(status, "elsewhere", _ending(end))
 
 
 def _voltage(verdict: Verdict) -> Statement:

@@ -33,7 +33,7 @@ from vireport.text.requirements import Question
 if TYPE_CHECKING:
     from vireport.design.compliant.own_stiffness import OwnStiffness, StabilityEnd
     from vireport.design.switched_on import SwitchedOn
-    from vireport.motions.families import Atlas
+    from vireport.motions.families import Family
     from vireport.physics.device import Shaker
     from vireport.physics.energy import MembraneStretch
     from vireport.physics.word import Word
@@ -104,7 +104,9 @@ class Conclusion(Enum):
         *(Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"),
         Weight.DIGITS,
     )
+    NOT_BOUNCING = Status.CAUTION, "No stable bouncing known", Weight.NO_MOTION
     STABLE = Status.GOOD, "Stable", Weight.NOTHING
+    BOUNCING = Status.GOOD, "Stable on the bottom", Weight.NOTHING
 
     @property
     def status(self) -> Status:
@@ -194,7 +196,7 @@ class StableMotions(Struct, frozen=True, eq=False):
     mirrored : bool
         Whether the stable ones are two mirror images of each other.
     instead : tuple of Word
-        Where no 1:1 motion is stable, the others that are known to be.
+        Where no 1:1 motion is stable, the others that are known to be; above a table, that from rest first.
     other_words : tuple of Word
         Other motions that are stable at the design point beside a 1:1 motion.
     narrow : tuple of StableInterval
@@ -435,7 +437,7 @@ class Verdict(Struct, frozen=True, eq=False):
 def verdict_of(evidence: Evidence) -> Verdict:
     """Judge what was found out about a scenario; without criteria nothing is required."""
     solution, criteria = evidence.solution, evidence.criteria
-    motions = stable_motions(solution, evidence.atlas)
+    motions = stable_motions(evidence)
     stable = bool(motions.types)
     design = solution.design if stable else None
     from_rest = _from_rest(evidence) if design is not None else None
@@ -444,7 +446,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
         evidence,
         accepted=_accepted(criteria),
         motion=_motion(motions, evidence),
-        where=_where(solution, design, motions),
+        where=_where(evidence, design, motions),
         margin=_margin(design, evidence) if design is not None else None,
         from_rest=from_rest,
         reached=_of_starts(evidence.crosscheck) if stable and not (from_rest and evidence.crosscheck is None) else None,
@@ -498,7 +500,8 @@ def _conclusions(verdict: Verdict) -> tuple[AnyConclusion, ...]:
         question, conclusion = row
         return conclusion.weight, order.index(question) if question in order else len(order)
 
-    return tuple(conclusion for _, conclusion in sorted(conclusions, key=place)) or (Conclusion.STABLE,)
+    nothing = Conclusion.BOUNCING if verdict.evidence.solution.on_table else Conclusion.STABLE
+    return tuple(conclusion for _, conclusion in sorted(conclusions, key=place)) or (nothing,)
 
 
 def _of_the_core(verdict: Verdict) -> Iterator[tuple[Question, Conclusion]]:
@@ -509,7 +512,7 @@ def _of_the_core(verdict: Verdict) -> Iterator[tuple[Question, Conclusion]]:
     if _has(verdict.motion, Status.BAD):
         yield Question.MOTION, Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
     if _has(verdict.motion, Status.CAUTION):
-        yield Question.MOTION, Conclusion.OTHER_MOTION
+        yield Question.MOTION, Conclusion.NOT_BOUNCING if evidence.solution.on_table else Conclusion.OTHER_MOTION
     if margin is not None and margin.status is Status.CAUTION:
         if margin.data.not_known:
             yield Question.MARGIN, Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
@@ -567,15 +570,21 @@ def _accepted(criteria: tuple[Criterion, ...]) -> Fact[tuple[Criterion, ...]] | 
 
 
 def _motion(motions: StableMotions, evidence: Evidence) -> Fact[StableMotions]:
-    """Whether a motion is stable: a 1:1 motion, or one that is required; another than that is a caution."""
-    if motions.types or (motions.instead and evidence.required_motions_met):
+    """Whether a motion is stable: a 1:1 motion, or one that is required; another than that is a caution.
+
+    Above a table any other is good, and a caution that none is known.
+    """
+    on_table = evidence.solution.on_table
+    if motions.types or (motions.instead and (on_table or evidence.required_motions_met)):
         return Fact(Question.MOTION, Status.GOOD, motions)
+    if on_table:
+        return Fact(Question.MOTION, Status.CAUTION, motions)
     return Fact(Question.MOTION, Status.CAUTION if motions.instead else Status.BAD, motions)
 
 
-def stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
+def stable_motions(evidence: Evidence) -> StableMotions:
     """The stable motions at the design point or, without one, in the sweep; none where no device can be set to them."""
-    design = solution.design
+    solution, design = evidence.solution, evidence.solution.design
     narrow = _narrow(solution)
     if design is None:
         types = {part.stability for branch in solution.branches for part in branch.family.segments if part.stable}
@@ -585,7 +594,7 @@ def stable_motions(solution: Solution, atlas: Atlas | None) -> StableMotions:
         types = {Stability(design.motions.words[row]) for row in np.nonzero(stable)[0]}
         count, admissible = int(stable.sum()), int(design.motions.admissible_mask.sum())
     ordered = tuple(kind for kind in Stability if kind in types)
-    words = _known_words(solution, atlas)
+    words = _known_words(evidence)
     one_to_one = "BT", solution.device.period_ratio
     other_words = tuple(word for word in words if (word.letters, word.periods) != one_to_one)
     mirrored = design is not None and mirror_images(solution, design)
@@ -604,16 +613,28 @@ def _narrow(solution: Solution) -> tuple[StableInterval, ...]:
     return () if solution.settable_ranges else solution.stable_ranges
 
 
-def _known_words(solution: Solution, atlas: Atlas | None) -> tuple[Word, ...]:
-    """The words of the stable motions that are known at the design point, or without one where the sweep can be set."""
+def _known_words(evidence: Evidence) -> tuple[Word, ...]:
+    """The words of the stable motions that are known at the design point, or without one where the sweep can be set.
+
+    Above a table that of the motion from rest is the first.
+    """
+    solution, end = evidence.solution, evidence.from_rest
+    words = [family.word for family in _known_families(evidence)]
+    if solution.on_table:
+        followed = (evidence.motion_from_rest, *evidence.by_starts)
+        words += [other.motion.word for other in followed if other is not None]
+        words.sort(key=lambda word: end is None or (word.letters, word.periods) != (end.word, end.periods))
+    return tuple(dict.fromkeys(words))
+
+
+def _known_families(evidence: Evidence) -> list[Family]:
+    """The families whose stable motions are known at the design point, or without one where the sweep can be set."""
+    atlas, design = evidence.atlas, evidence.solution.design
     if atlas is None:
-        return ()
-    design = solution.design
+        return []
     if design is None:
-        stable = [family for family in atlas.families if family.settable]
-    else:
-        stable = [family for family, _ in atlas.stable_at(design.value) if family.settable_at(design.value)]
-    return tuple(dict.fromkeys(family.word for family in stable))
+        return [family for family in atlas.families if family.settable]
+    return [family for family, _ in atlas.stable_at(design.value) if family.settable_at(design.value)]
 
 
 def mirror_images(solution: Solution, design: DesignPoint) -> bool:
@@ -623,8 +644,13 @@ def mirror_images(solution: Solution, design: DesignPoint) -> bool:
 
 
 def _where(
-    solution: Solution, design: DesignPoint | None, motions: StableMotions
+    evidence: Evidence, design: DesignPoint | None, motions: StableMotions
 ) -> Fact[tuple[StableInterval, ...]] | None:
+    solution = evidence.solution
+    if solution.on_table:
+        families = (family for family in _known_families(evidence) if family.word in motions.instead[:1])
+        parts = tuple(part for family in families for part in _ranges(family) if part.settable)
+        return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts) if solution.sweep else None
     if solution.sweep is not None:
         parts = solution.settable_ranges
         if not parts:
@@ -636,6 +662,15 @@ def _where(
     nearest = design.nearest.parameter if design.nearest is not None else None
     parts = tuple(sorted(design.stable_ranges, key=lambda part: part.parameter is not nearest))
     return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
+
+
+def _ranges(family: Family) -> Iterator[StableInterval]:
+    """Where along the sweep the motions of a family are stable."""
+    sweep, points = family.sweep, {mark.row: mark.point for mark in family.marks}
+    for run in family.stable_runs:
+        low, high = sorted(run, key=lambda row: float(family.sweep_value[row]))
+        start, end = float(family.sweep_value[low]), float(family.sweep_value[high])
+        yield StableInterval(sweep.parameter, start, end, points.get(low), points.get(high), sweep.off)
 
 
 def _margin(design: DesignPoint, evidence: Evidence) -> Fact[NearestEnd]:

@@ -1,0 +1,107 @@
+"""What is said of a ball on a vibrating table: `examples/bouncing-ball.yaml`, by numbers in print and by simulation."""
+
+from __future__ import annotations
+
+from math import hypot, pi
+
+import pytest
+from conftest import study
+
+from vireport.study.judging.opening import opening_of
+from vireport.study.judging.verdict import Conclusion
+from vireport.study.study import Study
+from vireport.text.said import Said
+
+RESTITUTION, GRAVITY = 0.5, 9.81
+ONSET = pi * (1 - RESTITUTION) / (1 + RESTITUTION)
+DOUBLING = hypot(ONSET, 2 * (1 + RESTITUTION**2) / (1 + RESTITUTION) ** 2)
+"""Gamma where the motion with one impact a period begins, and where its period doubles: Luck and Mehta (1993)."""
+
+ALERTS_ON_1_1 = {"VR001", "VR003"}
+
+
+def table(force: float | None = None, *over: str) -> Study:
+    """The example, with a design point or without one, and with other keys."""
+    return study("bouncing-ball", *(() if force is None else (f"excitation.amplitude_n={force}",)), *over)
+
+
+def opening(ball: Study) -> list[str]:
+    """The sentence and the other lines, with plain spaces."""
+    worded = opening_of(ball.verdict, ball.alerts).worded()
+    return [line.replace("\u00a0", " ") for line in worded.text]
+
+
+@pytest.mark.slow
+def test_along_a_sweep_a_table_has_a_good_verdict_and_the_range_in_print() -> None:
+    ball = table()
+    assert ball.verdict.conclusion is Conclusion.BOUNCING
+    assert [conclusion.status for conclusion in ball.verdict.conclusions] == ["good"]
+    assert not ALERTS_ON_1_1 & {alert.code for alert in ball.alerts}
+    assert ball.verdict.where is not None
+    (part,) = ball.verdict.where.data
+    assert (part.start, part.end) == pytest.approx((ONSET * GRAVITY, DOUBLING * GRAVITY), rel=1e-12)
+    sentence, *others = opening(ball)
+    assert sentence == "The ball bounces on the bottom: B every forcing period, for 10.3 N < F < 15.0 N."
+    assert "The top is out of the ball’s reach, as if there were none." in others
+    assert "Stable force amplitude: 10.3 N to 15.0 N (from fold to period doubling)" in others
+    assert others[0].startswith("Also stable in the sweep: BB, BBB, ")
+    assert ball.atlas is not None
+    assert all("T" not in family.word.letters for family in ball.atlas.families)
+
+
+@pytest.mark.slow
+def test_at_a_design_point_it_says_what_is_stable_and_what_comes_from_rest() -> None:
+    sentence, *others = opening(table(12.0))
+    possible, by_itself = "B every forcing period", "comes to rest every forcing period (B~)"
+    assert sentence == f"The ball can bounce on the bottom, {possible}; from rest it {by_itself}."
+    assert "From rest: on the bottom (the ball comes to rest every forcing period (B~))" in others
+
+
+@pytest.mark.parametrize(
+    ("over", "conclusion", "sentence"),
+    [
+        (
+            {"force": 15.5},
+            Conclusion.BOUNCING,
+            "The ball can bounce on the bottom, BB every 2 forcing periods; from rest it comes to rest every forcing "
+            "period (B~).",
+        ),
+        (
+            {"force": 17.5},
+            Conclusion.NOT_BOUNCING,
+            "No motion of the ball on the bottom is known to be stable; from rest it comes to rest every 8 forcing "
+            "periods (BBBBBBBBB~).",
+        ),
+        (
+            {"force": 26.0, "restitution": 0.15},
+            Conclusion.BOUNCING,
+            "The ball bounces on the bottom, and starts by itself: B every forcing period.",
+        ),
+    ],
+)
+def test_without_a_sweep_it_is_the_same(over, conclusion, sentence) -> None:
+    more = [f"device.restitution={over['restitution']}"] if "restitution" in over else []
+    ball = table(over["force"], "sweep=", *more)
+    assert ball.verdict.conclusion is conclusion
+    assert ball.verdict.where is None
+    assert opening(ball)[0] == sentence
+    assert not ALERTS_ON_1_1 & {alert.code for alert in ball.alerts}
+
+
+@pytest.mark.slow
+def test_below_the_onset_nothing_is_stable() -> None:
+    ball = table(None, "sweep.to=10")
+    assert ball.verdict.conclusion is Conclusion.NOT_BOUNCING
+    assert opening(ball)[0] == "No motion of the ball on the bottom is known to be stable."
+
+
+def test_a_comparison_says_it_in_a_few_words() -> None:
+    said = [Said(f"lacks_{name}", (), "compare").words() for name in ("bouncing", "not_bouncing")]
+    assert said == ["stable on the bottom", "no stable bouncing known"]
+
+
+def test_a_capsule_whose_top_is_reached_is_none() -> None:
+    ball = table(12.0, "sweep=", "device.length_m=0.02")
+    assert not ball.solution.on_table
+    assert ball.verdict.conclusion is Conclusion.NOT_FROM_REST
+    assert ball.verdict.motion.data.types
