@@ -58,6 +58,7 @@ docs/made/python
 docs/model
 docs/accuracy
 docs/validation
+docs/bouncing-ball
 CONTRIBUTING
 CHANGELOG
 ```

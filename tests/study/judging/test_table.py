@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from math import hypot, pi
+from pathlib import Path
 
 import pytest
 from conftest import study
 
+from vireport.physics.reach import reach
+from vireport.scenario.parameters import Parameter
 from vireport.study.judging.opening import opening_of
 from vireport.study.judging.verdict import Conclusion
 from vireport.study.study import Study
 from vireport.text.said import Said
+
+ROOT = Path(__file__).parents[3]
 
 RESTITUTION, GRAVITY = 0.5, 9.81
 ONSET = pi * (1 - RESTITUTION) / (1 + RESTITUTION)
@@ -105,3 +110,27 @@ def test_a_capsule_whose_top_is_reached_is_none() -> None:
     assert not ball.solution.on_table
     assert ball.verdict.conclusion is Conclusion.NOT_FROM_REST
     assert ball.verdict.motion.data.types
+
+
+@pytest.mark.slow
+def test_its_page_has_the_numbers_of_the_example() -> None:
+    page = " ".join((ROOT / "docs" / "bouncing-ball.md").read_text(encoding="utf-8").split())
+    ball = table()
+    assert ball.atlas is not None
+    families = {
+        (family.word.letters, family.word.periods): family.stable_ranges for family in ball.atlas.families[::-1]
+    }
+    (first,), (second,), (beside,) = (families[word] for word in [("B", 1), ("BB", 2), ("BB", 1)])
+    third = next(part for part in families["BBBB", 4] if part[0] == pytest.approx(second[1]))
+    doublings = [part[1] / GRAVITY for part in (first, second, third)]
+    for value in (first[0] / GRAVITY, *doublings, *(end / GRAVITY for end in beside)):
+        assert f"{value:.4f}" in page
+    assert f"ratio {(doublings[1] - doublings[0]) / (doublings[2] - doublings[1]):.1f};" in page
+    assert f"{opening(ball)[0]}" in page
+    height = max(reach(ball.solution.device.groups(Parameter.AMPLITUDE, force)) * x_c(force) for force in (9.5, 18.0))
+    assert f"The bound, {100 * height:.0f} cm for the example" in page
+
+
+def x_c(force: float) -> float:
+    """The unit of length of the example, F pi^2/(M omega^2) [m]."""
+    return force * pi**2 / (20 * pi) ** 2
