@@ -552,7 +552,8 @@ def test_causes_say_what_is_kept() -> None:
     rows, lines = {row.code: row for row in CATALOGUE}, []
     for code, results in SAID:
         lines.append(f"{code}: {cause_of(rows[AlertCode(code)], evidence_of(results))}")
-        assert not cause_of(rows[AlertCode(code)], Evidence(known(device=given(groups=lambda *_: Groups(0.5, 0.5, 0.5)))))
+        light = given(groups=lambda *_: Groups(0.5, 0.5, 0.5))
+        assert not cause_of(rows[AlertCode(code)], Evidence(known(device=light)))
     assert not any("{" in line for line in lines)
     assert read_back("words, causes", lines) == []
 

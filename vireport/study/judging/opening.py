@@ -275,22 +275,20 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
     if motion.types:
         yield _fact(Status.GOOD, "strikes_each", verdict)
         return
-    if evidence.solution.on_table:
-        if others := motion.instead[1:]:
-            name = "others_in_sweep" if evidence.solution.design is None else "others_coexist"
-            yield _fact(Status.NEUTRAL, name, others)
-        for end in evidence.from_rest_along[:MOST_ENDINGS]:
-            yield _fact(Status.NEUTRAL, "comes_from_rest_over_sweep", _ending(end))
-        yield _fact(Status.NEUTRAL, "never_at_the_top")
-        return
-    if motion.instead:
+    on_table = evidence.solution.on_table
+    if on_table and motion.instead[1:]:
+        name = "others_in_sweep" if evidence.solution.design is None else "others_coexist"
+        yield _fact(Status.NEUTRAL, name, motion.instead[1:])
+    elif motion.instead and not on_table:
         yield _fact(verdict.motion.status, "strikes_instead", motion.instead)
     if evidence.from_rest_along:
+        status = Status.NEUTRAL if on_table else Status.CAUTION
         yield from (
-            _fact(Status.CAUTION, "comes_from_rest_over_sweep", _ending(x))
-            for x in evidence.from_rest_along[:MOST_ENDINGS]
+            _fact(status, "comes_from_rest_over_sweep", _ending(x)) for x in evidence.from_rest_along[:MOST_ENDINGS]
         )
-    if parts := evidence.solution.settable_ranges:
+    if on_table:
+        yield _fact(Status.NEUTRAL, "never_at_the_top")
+    elif parts := evidence.solution.settable_ranges:
         yield _fact(Status.CAUTION, "stable_elsewhere", parts[0])
     elif motion.narrow:
         yield _fact(Status.CAUTION, "range_is_narrow", motion.narrow[0])
@@ -464,11 +462,9 @@ def _from_rest(verdict: Verdict, again: Reproduction | None) -> Statement | None
         return _tile(status, f"settles_{agrees}", verdict, end)
     if evidence.is_reached_from_rest:
         return _tile(status, "reached", end)
-    if not end.decided:
-        return _tile(status, "undecided")
-    if evidence.solution.on_table:
+    if evidence.solution.on_table and end.decided:
         return _tile(Status.NEUTRAL, "bounces", _ending(end))
-    return _tile(status, "elsewhere", _ending(end))
+    return _tile(status, "elsewhere", _ending(end)) if end.decided else _tile(status, "undecided")
 
 
 def _voltage(verdict: Verdict) -> Statement:
