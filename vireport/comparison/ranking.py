@@ -238,6 +238,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     `alike` says whether all sweeps are of one parameter, `tried` up to which size all that stand all are known to.
     """
     solution, stable = study.solution, bool(study.verdict.motion.data.types)
+    runs = stable or (solution.on_table and bool(study.verdict.motion.data.instead))
     design = solution.design
     margin = _room(design)[0] if design is not None and stable else None
     room = _room_to_use(study) if stable else None
@@ -253,7 +254,7 @@ def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dic
     per_second = _impacts_per_second(solution.device)
     return margin, {
         Merit.REQUIREMENTS: float(-len(unmet_criteria(study.criteria))),
-        Merit.STABILITY: float(stable and Conclusion.NOT_VERIFIED not in study.verdict.conclusions),
+        Merit.STABILITY: float(runs and Conclusion.NOT_VERIFIED not in study.verdict.conclusions),
         Merit.FROM_REST: None
         if switched_on is None or switched_on.from_rest is None
         else float(switched_on.from_rest.is_one_to_one),

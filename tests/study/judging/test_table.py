@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from conftest import study
 
+from vireport.comparison.ranking import rank_studies
 from vireport.physics.reach import reach
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.opening import opening_of
@@ -100,7 +101,9 @@ def test_below_the_onset_nothing_is_stable() -> None:
     assert opening(ball)[0] == "No motion of the ball on the bottom is known to be stable."
 
 
-def test_a_comparison_says_it_in_a_few_words() -> None:
+def test_a_comparison_says_it_in_a_few_words_and_ranks_what_is_stable_first() -> None:
+    irregular, stable = rank_studies({"17.5 N": table(17.5, "sweep="), "15.5 N": table(15.5, "sweep=")})[::-1]
+    assert [(x.name, x.rank, x.stable) for x in (stable, irregular)] == [("15.5 N", 1, True), ("17.5 N", 2, False)]
     said = [Said(f"lacks_{name}", (), "compare").words() for name in ("bouncing", "not_bouncing")]
     assert said == ["stable on the bottom", "no stable bouncing known"]
 

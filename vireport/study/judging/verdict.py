@@ -648,9 +648,11 @@ def _where(
 ) -> Fact[tuple[StableInterval, ...]] | None:
     solution = evidence.solution
     if solution.on_table:
+        if evidence.atlas is None:
+            return None
         families = (family for family in _known_families(evidence) if family.word in motions.instead[:1])
         parts = tuple(part for family in families for part in _ranges(family) if part.settable)
-        return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts) if solution.sweep else None
+        return Fact(Question.WHERE, Status.GOOD if parts else Status.NEUTRAL, parts)
     if solution.sweep is not None:
         parts = solution.settable_ranges
         if not parts:
