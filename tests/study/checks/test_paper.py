@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
+import numpy as np
 import pytest
 from conftest import first
 
+from vireport.physics.motion import Symmetry
 from vireport.scenario.loading import load
 from vireport.study.checks.paper import CASES, Agreement, Misprint, compare_with_paper
 from vireport.study.study import analyse
@@ -152,3 +154,22 @@ def test_slips_of_the_text() -> None:
     for case in CASES:
         assert case.misprints[:3] == (Misprint.GRAVITY, Misprint.EIGENVALUE, Misprint.FIGURE_1)
     assert [Misprint.SADDLE_NODE in case.misprints for case in CASES] == [True, False, False]
+
+
+def test_the_voltage_grows_faster_above_c1_and_falls_where_the_force_is_swept(study_of) -> None:
+    """What Section 5 says of Fig. 7, and docs/paper.md repeats."""
+    slopes = {}
+    for branch in study_of("horizontal").solution.branches:
+        stable, volts = branch.motions.stable_mask, branch.voltages_by_motion.average_v
+        d, at = branch.motions.d[stable], volts[stable]
+        order = np.argsort(d)
+        if branch.mirror_of is None and stable.any():
+            near = 0.26 if branch.symmetry is Symmetry.ASYMMETRIC else 0.27
+            low, high = np.interp([near - 0.002, near + 0.002], d[order], at[order])
+            slopes[branch.symmetry] = (high - low) / 0.004
+    assert slopes[Symmetry.SYMMETRIC] > 1.5 * slopes[Symmetry.ASYMMETRIC] > 0
+    for name, sign in (("inclined", 1), ("inclined-forcing", -1)):
+        (branch,) = (x for x in study_of(name).solution.branches if x.motions.stable_mask.any())
+        stable = branch.motions.stable_mask
+        steps = np.diff(branch.voltages_by_motion.average_v[stable]) / np.diff(branch.motions.d[stable])
+        assert (sign * steps > 0).all()
