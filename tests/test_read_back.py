@@ -64,6 +64,7 @@ EXAMPLE_RUNS: dict[str, tuple[str, dict[str, object]]] = {
             "simulation.portraits": [0.61],
         },
     ),
+    "a ball on a table": ("bouncing-ball", {"excitation.amplitude_n": 12.0, "sweep.from": 10.0, "sweep.to": 14.0}),
 }
 """Runs that say what the scenarios of `test_shown.py` do not."""
 

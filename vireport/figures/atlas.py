@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from msgspec.structs import replace
 
-from vireport.figures.captions import conditions, held, measured_caption, pictured
-from vireport.figures.curves import DrawnCurve, Floats, joined
+from vireport.figures.captions import conditions, held, measured_caption, pictured, swept_range
+from vireport.figures.curves import TURN, DrawnCurve, Floats, joined, settled_cycles
 from vireport.figures.labels import Label
 from vireport.figures.layout import (
     AXES_HEIGHT,
@@ -32,16 +34,23 @@ from vireport.figures.style import (
     sheet,
     style,
 )
+from vireport.figures.sweeps import CIRCLE, DESIGN_LINE, fit_angles
 from vireport.motions.families import Atlas, Family
 from vireport.motions.generation import generation, ladder
 from vireport.motions.points import Point
 from vireport.physics.energy import Membrane
-from vireport.study.plan import Task
+from vireport.study.plan import AddedTask, Task
 from vireport.study.study import Study
 from vireport.text.formatting import PREFIXES
 
-HEIGHT, RUNG_HEIGHT = 4.6, 2.0
-"""Heights of the atlas with its axes, and of a panel of the ladder with its letter [in]."""
+if TYPE_CHECKING:
+    from vireport.simulation.cycles import SimulatedMotion
+
+HEIGHT, RUNG_HEIGHT, IMPACTS_HEIGHT = 4.6, 2.0, 2.4
+"""Heights of the atlas with its axes, and of a panel of the ladder and of figure 2 with its letter [in]."""
+
+IMPACTS = AddedTask("figure-impacts", Task.FIGURE_2.what)
+"""Under this name figure 2 above a table has its words."""
 
 WORD_COLORS = (
     *(Color.BLUE, Color.VERMILION, Color.GREEN, Color.PURPLE),
@@ -117,6 +126,73 @@ def figure_atlas(study: Study, atlas: Atlas) -> Figure:
         notes: list[Entry] = [("families meet", VERTEX), *([("simulation", SIMULATED)] if simulated else []), *entries]
         legends = _legends(looks, families, notes)
         return finished(figure, HEIGHT, [(conditions(study), Color.BLACK)], legends, [(axes, labels)])
+
+
+def impacts_picture(study: Study, atlas: Atlas, templates: Path | None = None) -> Picture:
+    """Figure 2 above a table, where no motion is 1:1, with its words: of all families."""
+    facts = {
+        "held": held(study),
+        "range": swept_range(study),
+        "swept": atlas.sweep.parameter,
+        "families": len(atlas.printed_families),
+        "stable": [family for family in atlas.printed_families if family.settable],
+        "simulated": len(_cycles(study)),
+        "exactness": study.evidence.exactness,
+    }
+    return replace(pictured(IMPACTS, facts, figure_impacts(study, atlas), templates), name=Task.FIGURE_2)
+
+
+def figure_impacts(study: Study, atlas: Atlas) -> Figure:
+    """Velocity and phase of all impacts of the families, stable and unstable, with their vertices.
+
+    The periodic motions of a simulation are circles.
+    """
+    axis, families, design = sweep_axis(atlas.sweep), atlas.printed_families, study.solution.design
+    looks, cycles = _looks(axis, families), _cycles(study)
+    notes: list[Entry] = [("families meet", VERTEX)]
+    with style():
+        figure, panels = blank(2, sharex="col")
+        speeds, phases = panels[:, 0]
+        for family in families:
+            for axes, values in ((speeds, np.abs(family.velocity)), (phases, _phases(family))):
+                _draw(axes, axis, family, values, looks)
+        for value, cycle in cycles:
+            at = np.full(len(cycle.velocity), axis.of_value(value))
+            for axes, y in ((speeds, np.abs(cycle.velocity)), (phases, cycle.phase % TURN)):
+                axes.add_artist(Line2D(at, y, **CIRCLE))
+        if cycles:
+            notes.append(("simulated", CIRCLE))
+        if design is not None and axis.low <= (at_design := axis.of_value(design.value)) <= axis.high:
+            for axes in (speeds, phases):
+                axes.axvline(at_design, **DESIGN_LINE)
+            notes.append(("design point", DESIGN_LINE))
+        labels = _vertices(speeds, axis, families, _drawn_vertices(atlas))
+        for family in families:
+            rows = list(family.critical_points)
+            for y in _phases(family)[rows].T:
+                phases.add_artist(Line2D(axis.of(family)[rows], y, **VERTEX | MINOR))
+        speeds.set_ylabel("impact velocity |Ż| [–]")
+        phases.set_ylabel("phase φ [rad]")
+        fit_vertically([speeds])
+        fit_angles(phases, 0.0)
+        letter_panels(panels[:, 0], 0, axis.scales_on_top)
+        axis.dress(panels[:, 0])
+        head = [(conditions(study), Color.BLACK)]
+        legends = _legends(looks, families, notes)
+        height = 2 * IMPACTS_HEIGHT + AXES_HEIGHT
+        return finished(figure, height, head, legends, [(speeds, labels)], panels[:, 0])
+
+
+def _phases(family: Family) -> Floats:
+    """Phase at each impact of each motion, (n, N) [rad], without jumps along the family; in its middle below a turn."""
+    phases = np.pi * family.time
+    middle = phases[len(phases) // 2]
+    return np.asarray(phases - middle + middle % TURN)
+
+
+def _cycles(study: Study) -> list[tuple[float, SimulatedMotion]]:
+    """The motions without rest that the simulation came to, each with its value of the swept parameter."""
+    return [(value, cycle) for value, _, cycle in settled_cycles(study) if not cycle.sticks]
 
 
 def ladder_picture(study: Study, atlas: Atlas, membrane: Membrane, templates: Path | None = None) -> Picture:

@@ -238,17 +238,10 @@ def simulated_points(study: Study) -> PairedImpacts | None:
     check, ratio = study.crosscheck, study.solution.device.period_ratio
     if study.solution.sweep is None:
         return None
-    if check is not None:
-        settled = [
-            (value, d, cycle)
-            for value, d, attractors in zip(check.values, check.groups.d, check.ends, strict=True)
-            for cycle in _distinct(attractors)
-        ]
-    else:
-        settled = [(end.value, end.d, end.motion) for end in study.attractors_from_rest if end.motion is not None]
+    settled = settled_cycles(study)
     families = () if study.atlas is None else study.atlas.doubled(ratio)
     drawn = {("BT", ratio), *((family.word.letters, family.word.periods) for family in families)}
-    settled = [(value, d, cycle) for value, d, cycle in settled if (cycle.word, cycle.period) in drawn]
+    settled = [end for end in settled if (end[2].word, end[2].period) in drawn]
     if check is None and not settled:
         return None
     rows: list[tuple[float, float, Floats]] = []
@@ -257,10 +250,25 @@ def simulated_points(study: Study) -> PairedImpacts | None:
         impacts = list(_paired(cycle))
         motion += [k] * len(impacts)
         rows += [(value, d, impact) for impact in impacts]
-    values, d = np.array([row[:2] for row in rows]).reshape(-1, 2).T
+    values, distances = np.array([row[:2] for row in rows]).reshape(-1, 2).T
     velocity, phase, flight = np.moveaxis(np.array([row[2] for row in rows]).reshape(-1, 2, 3), 0, -1).swapaxes(0, 1)
     voltages = _paired_voltages(study.solution, values, velocity, np.array(motion, dtype=np.intp))
-    return PairedImpacts(values, d, velocity, phase, flight, voltages)
+    return PairedImpacts(values, distances, velocity, phase, flight, voltages)
+
+
+def settled_cycles(study: Study) -> list[tuple[float, float, SimulatedMotion]]:
+    """The motions that the simulation of a sweep came to, once at each value: the value, d and the cycle.
+
+    Without random starts they are those that a ball from rest comes to.
+    """
+    check = study.crosscheck
+    if check is None:
+        return [(end.value, end.d, end.motion) for end in study.attractors_from_rest if end.motion is not None]
+    return [
+        (float(value), float(d), cycle)
+        for value, d, attractors in zip(check.values, check.groups.d, check.ends, strict=True)
+        for cycle in _distinct(attractors)
+    ]
 
 
 def _distinct(attractors: Sequence[Attractor]) -> list[SimulatedMotion]:

@@ -70,6 +70,8 @@ def pictures(
 def _along_sweep(study: Study, simulated: PairedImpacts | None, templates: Path | None) -> Iterator[Picture]:
     if study.plan.runs(Task.FIGURE_ANSWER) and (first := answer.picture(study, templates)) is not None:
         yield first
+    if study.solution.on_table:
+        return
     drawings: dict[Task, Callable[[], Figure]] = {
         Task.FIGURE_2: lambda: figure_2(study, simulated),
         Task.FIGURE_4: lambda: figure_4(study),
@@ -110,6 +112,8 @@ def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
     families, membrane = study.atlas, study.solution.membrane
     if families is None:
         return
+    if study.plan.runs(Task.FIGURE_2) and study.solution.on_table:
+        yield atlas.impacts_picture(study, families, templates)
     if study.plan.runs(Task.FIGURE_ATLAS):
         yield atlas.picture(study, families, templates)
     if study.plan.runs(Task.FIGURE_LADDER) and membrane is not None:

@@ -290,7 +290,7 @@ def sweep_figure(
             if row.cut is None:
                 fit_vertically(axes_of_row)
             else:
-                _angles(axes_of_row[0], row.cut)
+                fit_angles(axes_of_row[0], row.cut)
             if row.limits != EVERYTHING:
                 for axes, drawing in zip(axes_of_row, drawings, strict=True):
                     _mark_leaving(axes, row, drawing)
@@ -414,7 +414,7 @@ def _named(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[DrawnPoint
     return [event for event in drawing.events if next((x for x in rows if shown(x, event)), None) is row]
 
 
-def _angles(axes: Axes, cut: float) -> None:
+def fit_angles(axes: Axes, cut: float) -> None:
     """Let a panel hold a full turn from where the phases are cut, with ticks at quarters of it."""
     low, high = min(cut, axes.dataLim.y0), max(cut + TURN, axes.dataLim.y1)
     axes.set_ylim(low - 0.03 * TURN, high + 0.03 * TURN)

@@ -386,6 +386,8 @@ FOLLOW = Precondition(
 MOTIONS = Precondition(
     lambda scenario, _: motion_limits(scenario), "the scenario has no motions block", adds=Addition.MOTIONS
 )
+ONE_TO_ONE = Precondition(lambda scenario, _: not is_table(scenario), "on a table no motion is 1:1")
+SEEN = Precondition(lambda scenario, _: not is_table(scenario) or motion_limits(scenario), ONE_TO_ONE.otherwise)
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
 DISTORTED = Precondition(
     lambda scenario, formats: (
@@ -403,16 +405,17 @@ def motion_limits(scenario: Scenario) -> MotionsBlock | None:
     Above a table, a bottom whose top is out of reach, no motion is a 1:1 motion.
     """
     allowed = scenario.requirements.allowed if scenario.requirements is not None else ()
-    if scenario.motions is not None or not (allowed or _is_table(scenario)):
+    implied = is_table(scenario) and "motions" not in barred_blocks(scenario)
+    if scenario.motions is not None or not (allowed or implied):
         return scenario.motions
     least = MotionsBlock()
     impacts = max([least.impacts, *map(len, allowed)])
     return MotionsBlock(impacts=impacts, periods=max(least.periods, scenario.period_ratio))
 
 
-def _is_table(scenario: Scenario) -> bool:
-    """Whether the top is out of reach along a sweep for which families are known."""
-    if scenario.sweep is None or "motions" in barred_blocks(scenario):
+def is_table(scenario: Scenario) -> bool:
+    """Whether the top is out of reach along a sweep, so that no motion there is 1:1."""
+    if scenario.sweep is None:
         return False
     return is_out_of_reach(Device.of(scenario), scenario.parameter, (scenario.sweep.from_, scenario.sweep.to))
 
@@ -522,7 +525,7 @@ def _search(scenario: Scenario) -> str:
 STEPS = (
     DeclaredStep(Task.BRANCHES, (SWEEP,), "a sweep is given"),
     DeclaredStep(Task.SYMMETRIC, (HORIZONTAL, ALIKE, ODD, ODD_HARMONICS), "the capsule is horizontal"),
-    DeclaredStep(Task.CRITICAL, (SWEEP,), "a sweep is given"),
+    DeclaredStep(Task.CRITICAL, (SWEEP, ONE_TO_ONE), "a sweep is given"),
     DeclaredStep(Task.DESIGN, (DESIGN,), "the design point is given"),
     DeclaredStep(Task.DISTORTION, (DISTORTED, DESIGN), "a disturbances block, or a requirement, asks for it"),
     DeclaredStep(Task.EFFECTS, (DESIGN, SHIFTS), "the design point is given"),
@@ -532,10 +535,10 @@ STEPS = (
     DeclaredStep(Task.SAMPLED_FROM_REST, (FRICTIONLESS,), "a sweep is given, and no design point", (NO_DESIGN,)),
     DeclaredStep(Task.MEASURED, (OUTPUT,), "the scenario has a measured block", (MEASURED,)),
     DeclaredStep(Task.REPRODUCTION, (SUMMARISED,), "a report is asked for"),
-    DeclaredStep(Task.FIGURE_ANSWER, (SWEEP, PICTURES), "a sweep is given"),
-    DeclaredStep(Task.FIGURE_2, (SWEEP, PICTURES), "a sweep is given"),
-    DeclaredStep(Task.FIGURE_4, (SWEEP, PICTURES), "a sweep is given"),
-    DeclaredStep(Task.FIGURE_7, (SWEEP, BALL, PICTURES), "a sweep and the ball mass are given"),
+    DeclaredStep(Task.FIGURE_ANSWER, (SWEEP, ONE_TO_ONE, PICTURES), "a sweep is given"),
+    DeclaredStep(Task.FIGURE_2, (SWEEP, SEEN, PICTURES), "a sweep is given"),
+    DeclaredStep(Task.FIGURE_4, (SWEEP, ONE_TO_ONE, PICTURES), "a sweep is given"),
+    DeclaredStep(Task.FIGURE_7, (SWEEP, ONE_TO_ONE, BALL, PICTURES), "a sweep and the ball mass are given"),
     DeclaredStep(Task.CIRCLES, (SWEEP, CIRCLED), "a sweep is drawn, or its families are followed", (NO_SIMULATION,)),
     DeclaredStep(Task.SIMULATION, (SIMULATION,), "the scenario has a simulation block", (), NUMBA, SLOWER, _simulated),
     DeclaredStep(Task.FIGURE_3, (SIMULATION, PORTRAITS, PICTURES), "simulation.portraits names values"),
