@@ -407,6 +407,8 @@ MOTIONS = {"held": HELD, "motions": [PERIODIC], "measured": 0}
 SEEN = "points: measured"
 FAMILIES = {"held": HELD, "swept": LENGTH, "simulated": False, "measured": "", "families": 3, "found": 3, "vertices": 2}
 FAMILIES["stable"] = ["BT", "BBT"]
+STABLE_B = thing(name="B every forcing period", stable_ranges=[(0.5, 0.6), (0.7, 0.8)])
+ON_TABLE = ALONG | {"families": 3, "stable": [], "simulated": 0}
 DIAGRAM = {"held": HELD, "swept": LENGTH, "simulated": 9, "groups": [], "still": []}
 GROUPS = [{"word": "BT", "found": 3, "low": 0.5, "high": 0.55}, {"word": "BBT", "found": 1, "low": 0.6, "high": 0.6}]
 END = thing(name="fold C1", parameter=DesignInput.FREQUENCY, sweep_value=1.9)
@@ -480,6 +482,10 @@ FIGURES: list[tuple[str, dict[str, object]]] = [
     ("figure_ladder_caption", {**FAMILIES, "found": 30}),
     ("figure_atlas_alt", FAMILIES),
     ("figure_atlas_alt", {**FAMILIES, "stable": []}),
+    ("figure_table_caption", ON_TABLE),
+    ("figure_table_caption", ON_TABLE | {"simulated": 2}),
+    ("figure_table_alt", ON_TABLE),
+    ("figure_table_alt", ON_TABLE | {"simulated": 2, "stable": [STABLE_B, STABLE_B]}),
     ("figure_ladder_caption", FAMILIES),
     ("figure_ladder_alt", {**FAMILIES, "best": None}),
     (
@@ -500,7 +506,8 @@ FIGURES: list[tuple[str, dict[str, object]]] = [
 
 
 def of_figure(macro: str, *given: object) -> str:
-    return said(f"figures/{FILES[Task(macro.rpartition('_')[0].replace('_', '-'))]}", macro, *given)
+    name = macro.rpartition("_")[0].replace("_", "-")
+    return said(f"figures/{FILES[Task(name)] if name in set(Task) else name.removeprefix('figure-')}", macro, *given)
 
 
 def test_figures_are_worded_as_is_kept(taken) -> None:

@@ -17,8 +17,9 @@ from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.from_rest import Destination, FromRest, StartingDevice, Target, from_rest
 from vireport.design.recovery import NoRecovery, Recovery, recovery_of
 from vireport.design.solution import Solution
+from vireport.motions.atlas.one_impact import stable_on_table
 from vireport.physics.groups import Groups
-from vireport.physics.motion import SAME
+from vireport.physics.motion import SAME, Motion
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.simulation.cycles import SimulatedMotion, attracting
 from vireport.simulation.events import check_model
@@ -42,9 +43,11 @@ class SwitchedOn(Struct, frozen=True, eq=False):
         Why it has none, where there is a design point.
     motion_from_rest : FollowedMotion or None
         The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
-        length where there is no sweep; of a device that is switched on at once only where no 1:1 motion is stable.
+        length where there is no sweep (above a table the force); of a device that is switched on at once only where no
+        1:1 motion is stable.
     by_starts : tuple of FollowedMotion
-        Where neither a 1:1 motion is stable nor such a motion reached: stable ones that a few starts come to.
+        Where neither a 1:1 motion is stable nor such a motion reached: stable ones that a few starts come to. Above a
+        table those with one impact are the first, by their formulae, whatever the device comes to from rest.
     sampled : tuple of OutcomeRange
         The outcomes at a few values of a sweep in which no 1:1 motion is stable, where there is neither a design point
         nor `over_sweep`.
@@ -113,7 +116,9 @@ def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool 
     recovery, no_recovery = (recovered, None) if isinstance(recovered, Recovery) else (None, recovered)
     motion = _motion_from_rest(solution, end) if follow else None
     device = starting_device(solution)
-    others = _by_starts(solution, device.groups, compiled) if not device.targets and motion is None else ()
+    others = _on_bottom(solution, device.groups, motion) if solution.on_table else ()
+    if not device.targets and motion is None:
+        others = _by_starts(solution, device.groups, compiled, others)
     return SwitchedOn(end, recovery, no_recovery, motion, others)
 
 
@@ -122,29 +127,43 @@ def _motion_from_rest(solution: Solution, end: FromRest) -> FollowedMotion | Non
     cycle = end.cycle
     if solution.device.rubs:  # the equations of other words know no stops in flight
         return None
-    return _followed(solution, cycle) if end.destination is Destination.OTHER_MOTION and cycle is not None else None
+    if end.destination is not Destination.OTHER_MOTION or cycle is None:
+        return None
+    return _followed(solution, cycle.motion(0.0))
 
 
-def _by_starts(solution: Solution, groups: Groups[float], compiled: bool) -> tuple[FollowedMotion, ...]:
-    """The stable motions that some starts come to; without the compiler the first that is found."""
-    if solution.device.rubs:
-        return ()
-    motions: list[FollowedMotion] = []
+def _on_bottom(
+    solution: Solution, groups: Groups[float], from_rest: FollowedMotion | None
+) -> tuple[FollowedMotion, ...]:
+    """The stable motions with one impact above a table, but that which the device comes to from rest."""
+    candidates = (_followed(solution, motion) for motion in stable_on_table(groups))
+    motions = (followed for followed in candidates if followed is not None)
+    return tuple(x for x in motions if from_rest is None or x.motion.distance(from_rest.motion) > SAME)
+
+
+def _by_starts(
+    solution: Solution, groups: Groups[float], compiled: bool, before: tuple[FollowedMotion, ...]
+) -> tuple[FollowedMotion, ...]:
+    """The stable motions that some starts come to, after those known before; without the compiler only if none is."""
+    if solution.device.rubs or (before and not compiled):
+        return before
+    motions = [*before]
     for cycle in cycles_by_starts(groups, compiled):
         motion = cycle.motion(0.0)
         if cycle.sticks or any(motion.distance(other.motion, solution.horizontal) < SAME for other in motions):
             continue
-        followed = _followed(solution, cycle)
+        followed = _followed(solution, motion)
         motions += [followed] if followed is not None else []
         if motions and not compiled:
             break
     return tuple(motions)
 
 
-def _followed(solution: Solution, cycle: SimulatedMotion) -> FollowedMotion | None:
-    """A motion that was simulated, as its equations have it."""
-    swept = solution.sweep.parameter if solution.sweep is not None else Parameter.LENGTH
-    return followed_motion(solution.device, cycle.motion(0.0), DesignInput(swept))
+def _followed(solution: Solution, motion: Motion) -> FollowedMotion | None:
+    """A motion of the design point to some digits, as its equations have it."""
+    unswept = Parameter.AMPLITUDE if solution.on_table else Parameter.LENGTH
+    swept = solution.sweep.parameter if solution.sweep is not None else unswept
+    return followed_motion(solution.device, motion, DesignInput(swept))
 
 
 def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:

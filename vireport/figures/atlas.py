@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 HEIGHT, RUNG_HEIGHT, IMPACTS_HEIGHT = 4.6, 2.0, 2.4
 """Heights of the atlas with its axes, and of a panel of the ladder and of figure 2 with its letter [in]."""
 
-IMPACTS = AddedTask("figure-impacts", Task.FIGURE_2.what)
+ON_TABLE = AddedTask("figure-table", Task.FIGURE_2.what)
 """Under this name figure 2 above a table has its words."""
 
 WORD_COLORS = (
@@ -139,7 +139,7 @@ def impacts_picture(study: Study, atlas: Atlas, templates: Path | None = None) -
         "simulated": len(_cycles(study)),
         "exactness": study.evidence.exactness,
     }
-    return replace(pictured(IMPACTS, facts, figure_impacts(study, atlas), templates), name=Task.FIGURE_2)
+    return replace(pictured(ON_TABLE, facts, figure_impacts(study, atlas), templates), name=Task.FIGURE_2)
 
 
 def figure_impacts(study: Study, atlas: Atlas) -> Figure:

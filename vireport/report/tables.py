@@ -171,7 +171,8 @@ class RunTables(Struct, frozen=True, eq=False):
                 note = say("determinants", device.law, [say("pair", *self._shown(*pair)) for pair in each])
             yield worded_table(say, "design_point", "tttnnnnnnn", rows, note=note)
         if others is not None and others.by_starts:
-            yield self._followed("by_starts", others.by_starts, say("by_starts_note"))
+            note = say("on_bottom_note" if solution.on_table else "by_starts_note")
+            yield self._followed("by_starts", others.by_starts, note)
         if others is not None and others.motion_from_rest is not None:
             reached = others.motion_from_rest
             note = say("from_rest_note", reached, *self._shown(reached.growth))

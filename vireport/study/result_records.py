@@ -1388,7 +1388,8 @@ class DisturbancesData(ResultsBlock, frozen=True, kw_only=True):
     found_by_starts
         stable motions that random starts in flight reach, as `from_rest.motion`; given if no 1:1 motion is stable and
         no periodic motion is reached from rest. With a `disturbances:` block, all that 64 starts of 256 impacts
-        reach; without one, the first that 6 starts of 48 impacts reach. There may be others
+        reach; without one, the first that 6 starts of 48 impacts reach. There may be others. Above a table all with one
+        impact come first, from their formulae for a sine, whatever is reached from rest
     recovery_periods, recovery_s
         forcing periods and seconds until 1 % is left of a small disturbance of the slowest stable 1:1 motion, ln
         100/(−ln of the multiplier's modulus); null as `recovery_reason` says

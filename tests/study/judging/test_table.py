@@ -137,3 +137,24 @@ def test_its_page_has_the_numbers_of_the_example() -> None:
 def x_c(force: float) -> float:
     """The unit of length of the example, F pi^2/(M omega^2) [m]."""
     return force * pi**2 / (20 * pi) ** 2
+
+
+@pytest.mark.parametrize(("r", "gamma"), [(0.15, 2.45), (0.5, 1.2), (0.5, 2.13), (0.8, 1.05), (0.8, 0.8), (0.8, 0.3)])
+def test_motions_with_one_impact_are_known_without_a_sweep_and_end_where_print_says(r: float, gamma: float) -> None:
+    """Every number of periods with a stable motion is found, and no other, whatever the ball comes to from rest."""
+    ball = table(gamma * GRAVITY, "sweep=", f"device.restitution={r}")
+    assert ball.switched_on is not None
+    onset, width = pi * (1 - r) / (1 + r), 2 * (1 + r**2) / (1 + r) ** 2
+    ranges = {periods: (periods * onset, hypot(periods * onset, width)) for periods in range(1, 20)}
+    expected = {periods: ends for periods, ends in ranges.items() if ends[0] < gamma < ends[1]}
+    of_any_start = (*ball.switched_on.by_starts, ball.switched_on.motion_from_rest)
+    single = {x.motion.word.periods: x for x in of_any_start if x is not None and x.motion.word.letters == "B"}
+    assert single.keys() == expected.keys()
+    for periods, motion in single.items():
+        assert (motion.low / GRAVITY, motion.high / GRAVITY) == pytest.approx(expected[periods], rel=1e-12)
+        assert [event.value for event in (motion.below, motion.above)] == ["fold", "period_doubling"]
+        assert float(motion.motion.velocity[0]) == pytest.approx(2 * periods / gamma / (1 + r), rel=1e-12)
+    names = [word.name for word in ball.verdict.motion.data.instead]
+    assert {motion.name for motion in single.values()} <= {*names}
+    assert bool(names) == (ball.verdict.conclusion is Conclusion.BOUNCING)
+    assert not names[1:] or f"Also stable here: {', '.join(names[1:])}." in opening(ball)

@@ -1,8 +1,13 @@
-"""Motions with one impact, on the bottom, in some forcing periods: all of a sweep, by a scan over the phase."""
+"""Motions with one impact, on the bottom, in some forcing periods.
+
+All of a sweep, by a scan over the phase, and those that are stable above a table at one gbar, by their formulae.
+"""
 
 from __future__ import annotations
 
-from math import asin, pi
+from collections.abc import Iterator
+from math import asin, ceil, floor, pi, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +15,8 @@ from numpy.typing import NDArray
 from vireport.motions.atlas.surface import Candidates, room, search_end, within
 from vireport.motions.periodicity import Model
 from vireport.motions.sweep import Held
-from vireport.physics.groups import by_wall
+from vireport.physics.groups import Groups, by_wall
+from vireport.physics.motion import Motion
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -68,3 +74,25 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Candidate
     phase, inside = whole[:, np.argsort(whole[0])]
     runs = np.flatnonzero(np.diff(inside > 0, prepend=False, append=False)).reshape(-1, 2)
     return above(np.array([phase[i + np.argmax(inside[i:j])] for i, j in runs], dtype=float))
+
+
+def stable_on_table(groups: Groups[Any]) -> Iterator[Motion]:
+    """The stable motions with one impact of a ball on a table that a sine shakes, in any number of forcing periods.
+
+    Parameters
+    ----------
+    groups : Groups
+        With gravity; the restitution at the bottom is constant and below 1. Harmonics are left out.
+
+    Notes
+    -----
+    With `a` as in `one_impact`, a motion in k periods is stable where cos(phi) is below 0, where it begins at a fold,
+    and above -2 gbar (1 + r^2)/(1 + r)^2, where its period doubles (Luck and Mehta, Phys. Rev. E 48, 1993, 3988). As
+    sin(phi) = a gbar, these are the numbers k between two limits.
+    """
+    gbar, (r, _) = float(groups.gbar), map(float, by_wall(groups.restitution))
+    sine = pi * gbar * (1 - r) / (1 + r)
+    least = sqrt(max(0.0, 1 - (2 * gbar * (1 + r * r) / (1 + r) ** 2) ** 2)) / sine
+    for periods in range(max(ceil(least), 1), floor(1 / sine) + 1):
+        velocity, phase = 2 * periods * gbar / (1 + r), pi - asin(min(periods * sine, 1.0))
+        yield Motion(Word((1,), periods), np.array([velocity]), np.array([phase / pi]), 0.0)

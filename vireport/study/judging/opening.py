@@ -277,7 +277,7 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
         return
     on_table = evidence.solution.on_table
     if on_table and motion.instead[1:]:
-        name = "others_in_sweep" if evidence.solution.design is None else "others_coexist"
+        name = "others_in_sweep" if evidence.solution.design is None else "others_on_table"
         yield _fact(Status.NEUTRAL, name, motion.instead[1:])
     elif motion.instead and not on_table:
         yield _fact(verdict.motion.status, "strikes_instead", motion.instead)
