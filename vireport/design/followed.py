@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import log, pi
+from collections.abc import Iterable
+from math import inf, log, pi
 
 import numpy as np
 from msgspec import Struct
@@ -132,6 +133,54 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
     (low, below), (high, above) = ends
     bounds = point_bounds(curve, x)
     return FollowedMotion(curve.motion(x), curve.trace(x), curve.decay(x), varied, *bounds, low, high, below, above)
+
+
+class MotionEnd(Struct, frozen=True):
+    """Where a followed motion ends in one input.
+
+    Attributes
+    ----------
+    varied : DesignInput
+    value : float
+        Of the input, in its unit.
+    event : Event
+    relative : float or None
+        How far that is from the design value, over it; None where it is zero.
+    """
+
+    varied: DesignInput
+    value: float
+    event: Event
+    relative: float | None
+
+    @property
+    def size(self) -> float:
+        """The relative distance without its sign; inf where there is none."""
+        return inf if self.relative is None else abs(self.relative)
+
+
+def followed_on_bottom(device: Device, motion: Motion) -> tuple[FollowedMotion, ...]:
+    """Follow a stable motion on the bottom along every input that it depends on; () where `followed_motion` has none.
+
+    On a table neither the length nor the restitution at the top is one. The frequency is: the ball comes to the top
+    where that is low.
+    """
+    of_top = (DesignInput.LENGTH, DesignInput.RESTITUTION_TOP)
+    of_bottom = DesignInput.RESTITUTION_BOTTOM if device.alike else DesignInput.RESTITUTION
+    inputs = (varied for varied in DesignInput if varied not in (*of_top, of_bottom))
+    ranges = (followed_motion(device, motion, varied) for varied in inputs)
+    return tuple(followed for followed in ranges if followed is not None)
+
+
+def motion_ends(device: Device, ranges: Iterable[FollowedMotion]) -> list[MotionEnd]:
+    """Where a motion ends by any event in the inputs along which it was followed, nearest first."""
+    ends = []
+    for followed in ranges:
+        at = float(device.value_of(followed.varied))
+        for value, event in ((followed.low, followed.below), (followed.high, followed.above)):
+            if event not in (Event.SWEEP_END, Event.LOST):
+                ends.append(MotionEnd(followed.varied, value, event, value / at - 1 if at else None))
+    return sorted(ends, key=lambda end: end.size)
 
 
 def _words(end: Event) -> str:

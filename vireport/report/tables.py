@@ -115,6 +115,8 @@ class RunTables(Struct, frozen=True, eq=False):
         """How far the design point is from where stable motion ends, and what neglected effects leave of it."""
         design, effects, say = self.study.solution.design, self.study.effects, self._say
         soft, device = self.study.own_stiffness is not None, self.study.solution.device
+        if bottom := self.study.evidence.bottom:
+            yield worded_table(say, "ranges", "tnntnntn", self._bottom(bottom), note=say("bottom_note", bottom[0]))
         if design is not None and design.stable_ranges:
             yield worded_table(say, "ranges", "tnntnntn", self._ranges(design), note=say("ranges_note", soft))
         if effects is not None and effects.end is not None:
@@ -143,6 +145,17 @@ class RunTables(Struct, frozen=True, eq=False):
                 at = float(device.value_of(part.parameter))
                 ends = (cell for value, point in part.ends for cell in self._end(value, point, at))
                 yield self._say("head_in_words", part.parameter), stated_text(at), *ends
+
+    def _bottom(self, ranges: tuple[FollowedMotion, ...]) -> Iterator[tuple[str, ...]]:
+        """The range of each input over which a motion on a table stays stable."""
+        for followed in ranges:
+            at = float(self.study.solution.device.value_of(followed.varied))
+            limited, cells = followed.varied in (*RESTITUTIONS, DesignInput.INCLINATION), list[str]()
+            ends = zip((followed.low, followed.high), (followed.below, followed.above), followed.ends, strict=True)
+            for value, event, ended_by in ends:
+                what = self._say("limit") if limited and event is Event.SWEEP_END else ended_by
+                cells += [*self._shown(value), what, percent((value - at) / at if at else None, signed=True)]
+            yield self._say("head_in_words", followed.varied), stated_text(at), *cells
 
     def _end(self, value: float, point: Point | None, at: float) -> tuple[str, str, str]:
         """Where a stable range ends, what ends it, and the room that the value of the design has."""

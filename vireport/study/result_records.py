@@ -1263,6 +1263,23 @@ class FollowedData(ResultsBlock, frozen=True, kw_only=True):
     stable_range: FollowedRange
 
 
+class OnBottomData(ResultsBlock, frozen=True, kw_only=True):
+    """The stable motion on a table whose margins are stated.
+
+    Attributes
+    ----------
+    word, periods
+        the motion: that reached from rest, if it has no rests, else a known one with the fewest impacts
+    stable_ranges
+        of each input but the length and the restitution at the top, around the design point, as `stable_range` of
+        [motions from rest](#disturbances); the ends are located to 1e-9 of their values
+    """
+
+    word: str
+    periods: int
+    stable_ranges: list[FollowedRange]
+
+
 class OutcomeRangeData(ResultsBlock, frozen=True, kw_only=True):
     """Values of the swept parameter with one outcome from rest.
 
@@ -1675,6 +1692,9 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
     margin_to_use
         [the least margin](#effects) that rigid impacts, soft membranes and neglected effects leave; null without a
         design point, or an end
+    on_bottom
+        the stable motion on a table at the design point, and [how far each input can go](#effects) before it ends;
+        absent where the top is within reach, and without a design point or such a motion
     added
         those of additions: `certificates`, [proven enclosures](#proved-critical-points); `accuracy`, [error against run
         time](#error-against-run-time); `compliant`, [the motion with compliant membranes](#compliant-membranes);
@@ -1712,6 +1732,7 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
     own_stiffness: OwnStiffnessData | None = None
     effects: EffectsData | None = None
     margin_to_use: MarginToUseData | None = None
+    on_bottom: OnBottomData | UnsetType = UNSET
     added: AddedBlocks = field(default_factory=dict, name=ADDED)
     requirements: RequirementsData | None = None
     disturbances: DisturbancesData | None = None

@@ -68,6 +68,7 @@ from vireport.study.result_records import (
     MissData,
     MotionRow,
     MultipliersData,
+    OnBottomData,
     OneToOneData,
     OutcomeRangeData,
     OwnStiffnessData,
@@ -469,13 +470,25 @@ def _followed(followed: FollowedMotion) -> FollowedData:
             imaginary=[multiplier.imag for multiplier in followed.multipliers],
         ),
         error_bounds={name: rounded_up(bound[None])[0] for name, bound in errors.items()},
-        stable_range=FollowedRange(
-            parameter=followed.varied,
-            from_=followed.low,
-            to=followed.high,
-            from_reason=followed.below,
-            to_reason=followed.above,
-        ),
+        stable_range=_followed_range(followed),
+    )
+
+
+def _followed_range(followed: FollowedMotion) -> FollowedRange:
+    return FollowedRange(
+        parameter=followed.varied,
+        from_=followed.low,
+        to=followed.high,
+        from_reason=followed.below,
+        to_reason=followed.above,
+    )
+
+
+def on_bottom_data(ranges: tuple[FollowedMotion, ...]) -> OnBottomData:
+    """A stable motion on a table, and its range in each input along which it was followed."""
+    word = ranges[0].motion.word
+    return OnBottomData(
+        word=word.letters, periods=word.periods, stable_ranges=[_followed_range(followed) for followed in ranges]
     )
 
 

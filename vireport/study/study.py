@@ -7,7 +7,7 @@ from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import UNSET, Struct
 from msgspec.structs import replace
 
 from vireport.base.errors import Mistake, ScenarioError, UsageError
@@ -55,6 +55,7 @@ from vireport.study.results import (
     family_motions,
     json_bytes,
     motion_rows,
+    on_bottom_data,
     own_stiffness_data,
     simulation_data,
     switched_on_data,
@@ -161,9 +162,19 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def _margin_to_use(self) -> MarginToUseData | None:
-        from vireport.study.judging.least_margin import margin_to_use
+        from vireport.study.judging.least_margin import LimitedBy, margin_to_use
 
-        use = margin_to_use(self.evidence)
+        use, on_bottom = margin_to_use(self.evidence), self.evidence.ends_on_bottom
+        if on_bottom:
+            end = on_bottom[0]
+            return MarginToUseData(
+                parameter=end.varied,
+                relative=end.size,
+                limited_by=LimitedBy.RIGID,
+                effect=None,
+                change=None,
+                gone=False,
+            )
         return None if use is None else use.data
 
     @cached_property
@@ -232,6 +243,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
             own_stiffness=None if self.own_stiffness is None else own_stiffness_data(self.own_stiffness),
             effects=None if self.effects is None else effects_data(self.effects),
             margin_to_use=self._margin_to_use,
+            on_bottom=on_bottom_data(self.evidence.bottom) if self.evidence.bottom else UNSET,
             added=self._added_data(),
             requirements=None if scenario.requirements is None else _requirements_data(self.criteria),
             disturbances=None if self.switched_on is None else self._switched_on_data(self.switched_on),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from math import hypot, pi
+from collections.abc import Callable
+from math import asin, degrees, hypot, pi, radians, sin
 from pathlib import Path
 
 import pytest
 from conftest import study
 
 from vireport.comparison.ranking import rank_studies
+from vireport.motions.events import Event
 from vireport.physics.reach import reach
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.opening import opening_of
 from vireport.study.judging.verdict import Conclusion
 from vireport.study.study import Study
@@ -158,3 +160,79 @@ def test_motions_with_one_impact_are_known_without_a_sweep_and_end_where_print_s
     assert {motion.name for motion in single.values()} <= {*names}
     assert bool(names) == (ball.verdict.conclusion is Conclusion.BOUNCING)
     assert not names[1:] or f"Also stable here: {', '.join(names[1:])}." in opening(ball)
+
+
+def gamma_at(restitution: float) -> tuple[float, float]:
+    """Gamma where the motion with one impact a period begins and where its period doubles, Luck and Mehta (1993)."""
+    onset = pi * (1 - restitution) / (1 + restitution)
+    return onset, hypot(onset, 2 * (1 + restitution**2) / (1 + restitution) ** 2)
+
+
+def inverse(of: Callable[[float], float], low: float, high: float, value: float) -> float:
+    """Where a function that falls between two restitutions has a value."""
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if of(middle) > value else (low, middle)
+    return low
+
+
+def test_each_input_can_go_as_far_as_print_says_before_the_motion_ends() -> None:
+    ball = table(12.0, "sweep=", "inclination_deg=85")
+    weight = GRAVITY * sin(radians(85))
+    ranges = {x.varied: (x.low, x.high) for x in ball.evidence.bottom}
+    onset, doubling = (weight * gamma for gamma in (ONSET, DOUBLING))
+    assert ranges[DesignInput.AMPLITUDE] == pytest.approx((onset, doubling))
+    assert ranges[DesignInput.CAPSULE_MASS] == pytest.approx((12 / doubling, 12 / onset))
+    assert ranges[DesignInput.INCLINATION] == pytest.approx((degrees(asin(12 / DOUBLING / GRAVITY)), 90))
+    ends = [inverse(lambda r, k=k: gamma_at(r)[k], 0.0, 0.99, 12 / weight) for k in (0, 1)]
+    assert ranges[DesignInput.RESTITUTION] == pytest.approx(ends)
+    assert ranges.keys() == {*DesignInput} - {
+        *(DesignInput.LENGTH, DesignInput.RESTITUTION_BOTTOM, DesignInput.RESTITUTION_TOP)
+    }
+    assert "Margin to use: 12 % in restitution (B ends at 0.438)" in opening(ball)
+    use, on_bottom = (ball.to_dict()[key] for key in ("margin_to_use", "on_bottom"))
+    assert (use["parameter"], use["relative"]) == ("restitution", pytest.approx(1 - ends[0] / RESTITUTION))
+    assert [on_bottom["word"], on_bottom["periods"], len(on_bottom["stable_ranges"])] == ["B", 1, 5]
+
+
+def test_unlike_membranes_have_the_margin_of_that_at_the_bottom() -> None:
+    ball = table(12.0, "sweep=", "device.restitution=", "device.restitution_bottom=0.5", "device.restitution_top=0.3")
+    ranges = {x.varied: x.low for x in ball.evidence.bottom}
+    low = inverse(lambda r: gamma_at(r)[0], 0.0, 0.99, 12 / GRAVITY)
+    assert ranges[DesignInput.RESTITUTION_BOTTOM] == pytest.approx(low)
+    assert DesignInput.RESTITUTION not in ranges
+
+
+def test_the_ball_comes_to_the_top_where_the_frequency_is_low() -> None:
+    """It touches a top at 0.15 m, which is 9.3 times as high as it comes, at nearly a third of the frequency."""
+    ball = table(12.0, "sweep=", "device.length_m=0.15")
+    (frequency,) = (x for x in ball.evidence.bottom if x.varied is DesignInput.FREQUENCY)
+    assert frequency.below is Event.GRAZING
+    slower = table(12.0, "sweep=", "device.length_m=0.15", f"excitation.frequency_hz={1.01 * frequency.low}")
+    assert not slower.solution.on_table
+
+
+@pytest.mark.parametrize(
+    ("force", "key", "limit", "passed", "text", "why"),
+    [
+        (12.0, "any", 12, True, "12.10 %", "B every forcing period, fold at restitution = 0.440"),
+        (12.0, "any", 14, False, "12.1 %", "B every forcing period, fold at restitution = 0.440"),
+        (
+            12.0,
+            "period_doubling",
+            19,
+            True,
+            "19.9 %",
+            "B every forcing period, period doubling at capsule_mass_kg = 0.801",
+        ),
+        (12.0, "grazing", 1, True, "none in any input", ""),
+        (17.5, "any", 1, False, "not known", "no stable motion is known at the design point"),
+    ],
+)
+def test_a_required_margin_is_held_against_that_of_the_motion_on_the_bottom(
+    force: float, key: str, limit: float, passed: bool, text: str, why: str
+) -> None:
+    ball = table(force, "sweep=", f"requirements.margin_{key}_percent={limit}")
+    (criterion,) = ball.criteria
+    assert (criterion.passed, str(criterion.outcome.text)) == (passed, text)
+    assert str(criterion.outcome.why) == why

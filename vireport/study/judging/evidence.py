@@ -30,7 +30,7 @@ from vireport.text.requirements import Question, Remark
 if TYPE_CHECKING:
     from vireport.design.compliant.own_stiffness import OwnStiffness
     from vireport.design.effects import Shifts
-    from vireport.design.followed import FollowedMotion
+    from vireport.design.followed import FollowedMotion, MotionEnd
     from vireport.design.from_rest import FromRest
     from vireport.design.switched_on import SwitchedOn
     from vireport.motions.families import Atlas, Family
@@ -251,6 +251,33 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     def by_starts(self) -> tuple[FollowedMotion, ...]:
         """Stable motions that only some starts in flight come to, where no other is known."""
         return self.switched_on.by_starts if self.switched_on is not None else ()
+
+    @cached_property
+    def bottom(self) -> tuple[FollowedMotion, ...]:
+        """Above a table a stable motion at the design point, along each input that it depends on.
+
+        That is what the device comes to from rest, if that is a motion without rests, else one with the fewest impacts
+        that is known there; () where none is.
+        """
+        design = self.solution.design
+        if design is None or not self.solution.on_table:
+            return ()
+        from vireport.design.followed import followed_on_bottom
+
+        motions = [] if self.motion_from_rest is None else [self.motion_from_rest.motion]
+        if not motions:
+            motions = [] if self.atlas is None else [motion for _, motion in self.atlas.stable_at(design.value)]
+            motions += [other.motion for other in self.by_starts]
+            motions.sort(key=lambda motion: len(motion.word))
+        followed = (followed_on_bottom(self.solution.device, motion) for motion in motions)
+        return next(filter(None, followed), ())
+
+    @property
+    def ends_on_bottom(self) -> list[MotionEnd]:
+        """Where the motion of `bottom` ends, in any input, nearest first."""
+        from vireport.design.followed import motion_ends
+
+        return motion_ends(self.solution.device, self.bottom)
 
     @property
     def required_motions_met(self) -> bool:

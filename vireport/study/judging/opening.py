@@ -15,12 +15,15 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from vireport.base.records import brief
+from vireport.motions.events import Event
 from vireport.scenario.blocks import LeftOut
 from vireport.study.judging.alerts import NEAR_CRITICAL, Alert
+from vireport.study.judging.evidence import unmet_criteria
 from vireport.study.judging.findings import findings
 from vireport.study.judging.least_margin import LimitedBy, MarginToUse
-from vireport.study.judging.verdict import AddedConclusion, Conclusion, StableVoltages, Status, Verdict
+from vireport.study.judging.verdict import AddedConclusion, Conclusion, StableVoltages, Status, Verdict, judged_by
 from vireport.text.alerts import AlertCode, Severity
+from vireport.text.requirements import Question
 from vireport.text.said import Said
 
 if TYPE_CHECKING:
@@ -432,9 +435,24 @@ def range_name(part: StableInterval, what: str) -> str:
     return f"{form}_{what}"
 
 
+def _margin_on_bottom(verdict: Verdict) -> Statement | None:
+    """How far the nearest end of the motion on a table is; None where none is known at a design point."""
+    evidence = verdict.evidence
+    if not evidence.bottom:
+        return None
+    if any(Event.LOST in (followed.below, followed.above) for followed in evidence.bottom):
+        return _tile(Status.CAUTION, "margin_unresolved", evidence.bottom)
+    end = next(iter(evidence.ends_on_bottom), None)
+    missed = unmet_criteria(judged_by(Question.MARGIN, evidence.criteria))
+    status = Status.BAD if missed else Status.CAUTION if end is not None and end.size < NEAR_CRITICAL else Status.GOOD
+    if end is None:
+        return _tile(status, "margin_endless")
+    return _tile(status, "margin_on_bottom", end, evidence.bottom[0], evidence.exactness)
+
+
 def _margin(verdict: Verdict) -> Statement | None:
     if verdict.margin is None:
-        return None
+        return _margin_on_bottom(verdict)
     nearest, status = verdict.margin.data, verdict.margin.status
     use = nearest.to_use
     if nearest.unresolved:

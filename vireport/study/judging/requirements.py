@@ -152,6 +152,8 @@ class OfMargin(Struct, frozen=True, eq=False):
 
     def judgement(self, results: Evidence, limit: Limit) -> Judgement:
         """Hold the least relative distance against a limit in per cent."""
+        if results.solution.on_table:
+            return self._on_bottom(results, limit)
         design, device = results.design, results.solution.device
         if design.unresolved_inputs:
             raise NumericalError(Remark.ENDS_UNRESOLVED.said(inputs=", ".join(design.unresolved_inputs)))
@@ -163,6 +165,20 @@ class OfMargin(Struct, frozen=True, eq=False):
         place = OnPage(f"{varied.marked} = {varied.with_unit(value)}", in_data=f"{varied} = {value}")
         bound = nearest.error_bound / float(device.value_of(varied))
         return held_against(100 * nearest.size, limit, Remark.END.said(event=nearest.name, place=place), 100 * bound)
+
+    def _on_bottom(self, results: Evidence, limit: Limit) -> Judgement:
+        """Hold the distance of the nearest end of a motion on a table against a limit in per cent."""
+        if not results.bottom:
+            raise NumericalError(Remark.NO_MOTION.said())
+        if lost := [x.varied for x in results.bottom if Event.LOST in (x.below, x.above)]:
+            raise NumericalError(Remark.ENDS_UNRESOLVED.said(inputs=", ".join(lost)))
+        end = next((end for end in results.ends_on_bottom if end.event in self.kinds), None)
+        if end is None or end.relative is None:
+            return Judgement(None, Remark.NO_END.said(), None, True)
+        value = rounded_text(end.value, results.exactness)
+        place = OnPage(f"{end.varied.marked} = {end.varied.with_unit(value)}", in_data=f"{end.varied} = {value}")
+        why = Remark.END.said(event=f"{results.bottom[0].name}, {end.event.words}", place=place)
+        return held_against(100 * end.size, limit, why, 100 * LOCATED_SHARE)
 
     def may_meet(self, designs: Designs, limit: Limit) -> Mask:
         """Which designs may have the margin; all others surely have not."""
