@@ -23,7 +23,7 @@ MOST_KINDS = 3
 
 
 def chart_opening(chart: Chart, named: Naming) -> Opening:
-    """Choose what a chart opens with: of a stable 1:1 motion that is what a run says of the design point.
+    """Choose what a chart opens with: of a stable 1:1 motion, or a table, that is what a run says of the design point.
 
     Parameters
     ----------
@@ -38,11 +38,12 @@ def chart_opening(chart: Chart, named: Naming) -> Opening:
     run = None if design.study is None else design.study.opening
     if design.motions is None:
         return Opening(Status.CAUTION, _said("word_not_resolved"), _said("opening_not_resolved"))
-    if not design.motions:
+    on_table = design.study is not None and design.study.solution.on_table
+    if not design.motions and not on_table:
         facts = () if run is None else run.facts
         return Opening(Status.BAD, _said("word_not_stable"), _said("opening_not_stable", chart.limits), facts)
-    ends, name = list(design_ends(chart, named)), named.of(design.motions[0].kind)
-    if not design.motions[0].one_to_one:
+    ends, name = list(design_ends(chart, named)), named.of(design.motions[0].kind) if design.motions else None
+    if design.motions and not (on_table or design.motions[0].one_to_one):
         sentence = _said("opening_other_motion", name)
         return Opening(Status.CAUTION, _said("word_other_motion"), sentence, gravest(ends))
     if run is None:
