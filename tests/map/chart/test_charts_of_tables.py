@@ -12,11 +12,12 @@ from vireport import load
 from vireport.map.chart.chart import Chart, loci_over
 from vireport.map.chart.opening import chart_opening
 from vireport.map.chart.over import chart_of, plane_of
+from vireport.map.chart.regions import stable_motions
 from vireport.map.chart.words import naming
 from vireport.motions.events import Event
 from vireport.motions.switching import Limits
 
-OVER = "amplitude_n=9.5..16,restitution=0.4..0.6"
+OVER = "amplitude_n=9.5..18,restitution=0.4..0.6"
 GRAVITY = 9.81
 
 
@@ -55,3 +56,15 @@ def test_it_opens_with_what_a_run_says_of_the_table(force: float, status: str, s
     opening = chart_opening(chart, naming(chart)).worded()
     assert opening.status == status
     assert opening.sentence.startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    ("force", "words"),
+    [(12.0, {("B", 1)}), (14.7, {("B", 1), ("BB", 1)}), (15.1, {("BB", 2)}), (16.0, {("BB", 2)}), (17.0, set())],
+)
+def test_motions_on_the_bottom_alone_are_found_at_a_point(force: float, words: set[tuple[str, int]]) -> None:
+    """Those that the families of the example have there."""
+    plane = plane_of(load(EXAMPLES / "bouncing-ball.yaml").scenario, OVER)
+    stable = stable_motions(plane, (force, 0.5), Limits(2, 2))
+    assert stable is not None
+    assert {(each.word.letters, each.word.periods) for each in stable} == words

@@ -181,8 +181,9 @@ class Exclusion(Struct, frozen=True):
         """Solve for the motions of the sweep next to the centres of cells; with all their flight times but the last."""
         word, model, farthest = cells.word, self.model, REACH * cells.side
         motions, flights = onto_sweep(word, cells.centre, model, farthest)
-        if not word.one_sided:
-            flights = into_range(motions, flights, model, farthest, (self.low, self.high))
+        # Where gbar is held motions on one membrane are at all d above the ball's reach: one in the range is chosen.
+        if not (word.one_sided and model.level.held is Held.GBAR):
+            flights = into_range(self._placed(motions), flights, model, farthest, (self.low, self.high))
             motions = candidates_above(word, flights, model.r)
         motions, rows = within(self._placed(motions), model.level, self.low, self._end(motions.word))
         return motions, flights[:, rows]

@@ -503,5 +503,6 @@ def _conditions(word: Word, flights: Floats, model: Model, coordinate: Floats | 
             off = (x.d if level.held is Held.D else x.gbar) - level.value / scale
         values = [off, *values]
     if coordinate is not None:
-        values = [*values, (x.gbar if level.held is Held.D else x.d) - coordinate / scale]
+        d = x.gbar * level.value if x.d is None else x.d  # on one membrane that of `room`, at a ratio that is held
+        values = [*values, (x.gbar if level.held is Held.D else d) - coordinate / scale]
     return np.reshape([scale * value for value in values], (len(values), *scale.shape)).T
