@@ -31,16 +31,16 @@ def reach(groups: Groups[Any]) -> float:
     Notes
     -----
     Seen from outside, the ball rises at a speed v with v' = -gbar in flight, and the capsule at a speed u with
-    |u| <= U = I/pi, I the largest impulse of the force. Its travel from end to end is 2P, P = p/pi^2 with the largest
-    path p. (For a sine I = p = 1.) An impact changes v to -r v + (1 + r) u. Let s be |v| just after one impact on the
-    bottom, and w just before the next one. After that,
+    -U <= u <= U = I/pi, I the largest impulse of the force. Its travel from end to end is 2P, P = p/pi^2 with the
+    largest path p. (For a sine I = p = 1.) An impact changes v to -r v + (1 + r) u. Let s be the size of v just after
+    one impact on the bottom, and w just before the next one. After that,
 
         s' <= r w + A,    A = (1 + r) U,    r that of the bottom.
 
     If the top is not struck between them, both impacts are at heights that differ by 2P at most, so that
     w^2 <= s^2 + 4 gbar P.
 
-    If it is struck, the ball has climbed h = d - 2P at least: it first strikes the top at |v| = a with
+    If it is struck, the ball has climbed h = d - 2P at least: it first strikes the top at a speed a with
     a^2 <= s^2 - 2 gbar h, and leaves it at r_t a + (1 + r_t) U at most, r_t that of the top. Each further impact on
     the top follows a flight from the top, which a ball leaves at v <= u <= U, and in which v falls; so it strikes
     with v <= U and with v >= u >= -U, and leaves at (1 + 2 r_t) U at most. A ball that rests on the top leaves it
