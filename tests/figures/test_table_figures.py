@@ -114,3 +114,12 @@ def test_along_a_restitution_no_family_is_known_and_nothing_is_drawn() -> None:
     )
     assert ball.plan.reason("figure-2") == "on a table no motion is 1:1"
     assert not {"figure-answer", "figure-2", "figure-4"} & {picture.name for picture in pictures(ball)}
+
+
+@pytest.mark.slow
+def test_no_curve_of_phases_is_torn() -> None:
+    """Some go through 0 along the sweep of the example."""
+    _, _, phases = drawn(study("bouncing-ball"))
+    values = [np.asarray(line.get_ydata()) for line in curves(phases)]
+    assert min(np.nanmin(y) for y in values) < 0
+    assert max(np.nanmax(np.abs(np.diff(y)), initial=0.0) for y in values) < 1

@@ -72,3 +72,9 @@ def test_along_a_sweep_the_end_counts_at_which_the_ball_comes_higher(parameter, 
     assert not is_out_of_reach(shorter, parameter, (nearest, easier * nearest))
     between = (value * easier**share for share in (0.25, 0.5, 0.75))
     assert all(is_out_of_reach(longer, parameter, (inside,)) for inside in between)
+
+
+def test_the_design_point_counts_besides_the_ends_of_a_sweep() -> None:
+    device = Device(1.0, 0.5, 9.81, 0.01, 12.0, 10.0, 90.0)
+    assert not is_out_of_reach(device, Parameter.LENGTH, (0.5, 1.0))
+    assert is_out_of_reach(device.with_values({Parameter.LENGTH: 0.7}), Parameter.LENGTH, (0.5, 1.0))

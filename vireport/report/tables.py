@@ -154,12 +154,12 @@ class RunTables(Struct, frozen=True, eq=False):
             ends = zip((followed.low, followed.high), (followed.below, followed.above), followed.ends, strict=True)
             for value, event, ended_by in ends:
                 what = self._say("limit") if limited and event is Event.SWEEP_END else ended_by
-                cells += [*self._shown(value), what, percent((value - at) / at if at else None, signed=True)]
+                cells += [*self._shown(value), what, _room(value, at)]
             yield self._say("head_in_words", followed.varied), stated_text(at), *cells
 
     def _end(self, value: float, point: Point | None, at: float) -> tuple[str, str, str]:
         """Where a stable range ends, what ends it, and the room that the value of the design has."""
-        room = percent((value - at) / at if at else None, signed=True)
+        room = _room(value, at)
         if point is not None:
             return rounded_text(value, self._exactness), ", ".join(filter(None, (point.label, point.event.words))), room
         unknown = value in (SMALLEST, LARGEST)
@@ -301,3 +301,8 @@ def _voltage(study: Study, family: Family) -> tuple[str, ...]:
     whole, row = generation(family, membrane), (first + last) // 2
     exactness = study.evidence.exactness
     return rounded_text(float(whole.average_v[row]), exactness), rounded_text(float(whole.per_second_v[row]), exactness)
+
+
+def _room(value: float, at: float) -> str:
+    """How far a value is from that of the design, over it, as text."""
+    return percent((value - at) / at if at else None, signed=True)
