@@ -1225,7 +1225,7 @@ class FollowedRange(ResultsBlock, frozen=True, kw_only=True):
     Attributes
     ----------
     parameter, from_, to
-        the swept input, or the length, and the range in which the motion is stable
+        the swept input, or else the length, on a table the force; and the range in which the motion is stable
     from_reason, to_reason
         what ends it, such as `sweep_end`, or `not_followed`, at most at ten times or a tenth of the length or force
     """
