@@ -158,7 +158,7 @@ def test_motions_with_one_impact_are_known_without_a_sweep_and_end_where_print_s
         assert float(motion.motion.velocity[0]) == pytest.approx(2 * periods / gamma / (1 + r), rel=1e-12)
     names = [word.name for word in ball.verdict.motion.data.instead]
     assert {motion.name for motion in single.values()} <= {*names}
-    assert bool(names) == (ball.verdict.conclusion is Conclusion.BOUNCING)
+    assert bool(names) == (ball.verdict.conclusion is not Conclusion.NOT_BOUNCING)
     assert not names[1:] or f"Also stable here: {', '.join(names[1:])}." in opening(ball)
 
 
@@ -193,6 +193,16 @@ def test_each_input_can_go_as_far_as_print_says_before_the_motion_ends() -> None
     use, on_bottom = (ball.to_dict()[key] for key in ("margin_to_use", "on_bottom"))
     assert (use["parameter"], use["relative"]) == ("restitution", pytest.approx(1 - ends[0] / RESTITUTION))
     assert [on_bottom["word"], on_bottom["periods"], len(on_bottom["stable_ranges"])] == ["B", 1, 5]
+
+
+def test_a_small_margin_is_said_first() -> None:
+    ball = table(10.4, "sweep=")
+    assert [(conclusion.name, conclusion.status) for conclusion in ball.verdict.conclusions] == [
+        ("BOUNCING_NEAR_END", "caution")
+    ]
+    sentence, *others = opening(ball)
+    assert sentence == "The ball can bounce: B every forcing period; the margin is small."
+    assert "Margin to use: 0.92 % in restitution (B ends at 0.495)" in others
 
 
 def test_unlike_membranes_have_the_margin_of_that_at_the_bottom() -> None:

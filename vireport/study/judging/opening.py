@@ -17,7 +17,7 @@ from msgspec import Struct
 from vireport.base.records import brief
 from vireport.motions.events import Event
 from vireport.scenario.blocks import LeftOut
-from vireport.study.judging.alerts import NEAR_CRITICAL, Alert
+from vireport.study.judging.alerts import NEAR_CRITICAL, Alert, is_near_critical
 from vireport.study.judging.evidence import unmet_criteria
 from vireport.study.judging.findings import findings
 from vireport.study.judging.least_margin import LimitedBy, MarginToUse
@@ -194,6 +194,8 @@ def _sentence(verdict: Verdict) -> Said:
         return Said("stable_as_required", (Said(_running(verdict)),))
     if conclusion in (Conclusion.BOUNCING, Conclusion.NOT_BOUNCING):
         return _bouncing(verdict)
+    if conclusion is Conclusion.BOUNCING_NEAR_END:
+        return Said("bouncing_near_end", verdict.motion.data.instead[:1])
     margin = verdict.margin.data.to_use if verdict.margin is not None else None
     if conclusion is Conclusion.MARGIN_SMALL and margin is not None and margin.gone:
         return Said("margin_gone", (Said(_running(verdict)),))
@@ -444,9 +446,9 @@ def _margin_on_bottom(verdict: Verdict) -> Statement | None:
         return _tile(Status.CAUTION, "margin_unresolved", evidence.bottom)
     end = next(iter(evidence.ends_on_bottom), None)
     missed = unmet_criteria(judged_by(Question.MARGIN, evidence.criteria))
-    status = Status.BAD if missed else Status.CAUTION if end is not None and end.size < NEAR_CRITICAL else Status.GOOD
     if end is None:
-        return _tile(status, "margin_endless")
+        return _tile(Status.BAD if missed else Status.GOOD, "margin_endless")
+    status = Status.BAD if missed else Status.CAUTION if is_near_critical(end.relative) else Status.GOOD
     return _tile(status, "margin_on_bottom", end, evidence.bottom[0], evidence.exactness)
 
 

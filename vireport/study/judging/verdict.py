@@ -22,6 +22,7 @@ from vireport.motions.points import Point
 from vireport.motions.stability import Stability
 from vireport.physics.motion import Symmetry
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
+from vireport.study.judging.alerts import is_near_critical
 from vireport.study.judging.evidence import Criterion, Evidence, unmet_criteria
 from vireport.study.judging.findings import findings, with_results
 from vireport.study.judging.least_margin import MarginToUse, margin_to_use
@@ -99,6 +100,7 @@ class Conclusion(Enum):
     MARGIN_SHORT = Status.CAUTION, "Stable, margin to use less than required", Weight.MARGIN
     MARGIN_SMALL = Status.CAUTION, "Stable, margin small", Weight.MARGIN
     MARGIN_RIGID = Status.CAUTION, "Stable, margin known for rigid membranes only", Weight.MARGIN
+    BOUNCING_NEAR_END = Status.CAUTION, "Stable on the bottom, margin small", Weight.MARGIN
     STRETCHED_FAR = Status.CAUTION, "Stable, but a membrane stretches farther than demonstrated", Weight.MODEL
     END_UNKNOWN = (
         *(Status.CAUTION, "Stable, but not to the same end with the membranes' own stiffness"),
@@ -513,6 +515,8 @@ def _of_the_core(verdict: Verdict) -> Iterator[tuple[Question, Conclusion]]:
         yield Question.MOTION, Conclusion.NOT_SETTABLE if verdict.motion.data.narrow else Conclusion.NOT_STABLE
     if _has(verdict.motion, Status.CAUTION):
         yield Question.MOTION, Conclusion.NOT_BOUNCING if evidence.solution.on_table else Conclusion.OTHER_MOTION
+    if any(is_near_critical(end.relative) for end in evidence.ends_on_bottom):
+        yield Question.MARGIN, Conclusion.BOUNCING_NEAR_END
     if margin is not None and margin.status is Status.CAUTION:
         if margin.data.not_known:
             yield Question.MARGIN, Conclusion.MARGIN_UNKNOWN if margin.data.unresolved else Conclusion.MARGIN_RIGID
