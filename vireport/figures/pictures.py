@@ -112,7 +112,7 @@ def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
     families, membrane = study.atlas, study.solution.membrane
     if families is None:
         return
-    if study.plan.runs(Task.FIGURE_2) and study.solution.on_table:
+    if study.plan.runs(Task.FIGURE_2) and study.solution.on_table and families.families:
         yield atlas.impacts_picture(study, families, templates)
     if study.plan.runs(Task.FIGURE_ATLAS):
         yield atlas.picture(study, families, templates)

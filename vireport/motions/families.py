@@ -251,7 +251,11 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         nearest = float(np.clip(coordinate, c.min(), c.max()))
         if abs(coordinate - nearest) < ROUNDING * (self.curve.high - self.curve.low):
             coordinate = nearest
-        for i in np.flatnonzero((c[:-1] - coordinate) * (c[1:] - coordinate) <= 0):
+        before, after = c[:-1] - coordinate, c[1:] - coordinate
+        # A row that is there belongs to the step after it, the last one to that before it: so it counts once.
+        crossing = (before * after < 0) | (before == 0)
+        crossing[-1:] |= after[-1:] == 0
+        for i in np.flatnonzero(crossing):
             step = c[i + 1] - c[i]
             share = (coordinate - c[i]) / step if step else 0.5
             x = self.curve.at(self.x[i] + share * (self.x[i + 1] - self.x[i]), coordinate)

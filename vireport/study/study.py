@@ -63,6 +63,9 @@ from vireport.study.results import (
 from vireport.text.foreign import visible
 from vireport.text.formatting import rounded_text
 
+GUESSES = 16
+"""Values of a sweep at which motions with one impact are guessed at, where the force on a table has harmonics."""
+
 if TYPE_CHECKING:
     from vireport.design.attractors_from_rest import AttractorFromRest
     from vireport.design.compliant.own_stiffness import OwnStiffness
@@ -456,9 +459,25 @@ def _with_motions(study: Study, block: MotionsBlock, say: Progress) -> Study:
         low, high = map(float, sweep.coordinate_range)
         starts.append(motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate))
     limits = Limits(block.impacts, block.periods)
-    families = atlas(sweep, limits, chain(chain.from_iterable(starts), _simulated(study, sweep)), say)
+    found = chain(_on_table(study.solution, sweep), _simulated(study, sweep))
+    families = atlas(sweep, limits, chain(chain.from_iterable(starts), found), say)
     _require_motions(study.loaded, block, starts, families)
     return replace(study, atlas=families)
+
+
+def _on_table(solution: Solution, sweep: Sweep) -> Iterator[Motion]:
+    """Guesses at motions with one impact on a table whose force has harmonics: those of the sine at some values.
+
+    Of a sine all are found in closed form.
+    """
+    from vireport.motions.atlas.one_impact import stable_on_table
+
+    if not (solution.on_table and sweep.device.harmonics):
+        return
+    for k in range(GUESSES):
+        value = sweep.start + (k + 0.5) / GUESSES * (sweep.end - sweep.start)
+        for motion in stable_on_table(sweep.device.groups(sweep.parameter, value).as_floats()):
+            yield replace(motion, coordinate=float(sweep.coordinate_of(value)))
 
 
 def _simulated(study: Study, sweep: Sweep) -> Iterator[Motion]:

@@ -246,3 +246,20 @@ def test_a_required_margin_is_held_against_that_of_the_motion_on_the_bottom(
     (criterion,) = ball.criteria
     assert (criterion.passed, str(criterion.outcome.text)) == (passed, text)
     assert str(criterion.outcome.why) == why
+
+
+HARMONIC = "excitation.harmonics=[{order: 2, percent: 3, phase_deg: 40}]"
+
+
+@pytest.mark.slow
+def test_with_harmonics_the_range_of_one_impact_is_found_once() -> None:
+    """It moves by about the share of the harmonic; at a design point it is the same one."""
+    along, there = table(None, HARMONIC), table(12.0, HARMONIC)
+    assert along.atlas is not None
+    (single,) = (family for family in along.atlas.families if family.word.letters == "B")
+    assert single.stable_ranges[0] == pytest.approx((ONSET * GRAVITY, DOUBLING * GRAVITY), rel=0.04)
+    assert along.verdict.where is not None
+    assert there.verdict.where is not None
+    assert len(along.verdict.where.data) == len(there.verdict.where.data) == 1
+    (force,) = (x for x in there.evidence.bottom if x.varied is DesignInput.AMPLITUDE)
+    assert (force.low, force.high) == pytest.approx(single.stable_ranges[0], rel=1e-9)
