@@ -54,6 +54,14 @@ def marks(family: Family, event: Event) -> list[float]:
     return [mark.point.sweep_value for mark in family.marks if mark.event is event and mark.point is not None]
 
 
+def test_a_motion_is_solved_for_once_where_a_row_of_its_family_is(study_of):
+    family = study_of("inclined").solution.branches[0].family
+    coordinates = family.x[:, -1]
+    turns = np.flatnonzero(np.diff(coordinates[:-1]) * np.diff(coordinates[1:]) <= 0)
+    assert not turns.size
+    assert {len(family.at(float(coordinates[row]))) for row in (0, 1, 30, len(coordinates) - 1)} == {1}
+
+
 @pytest.mark.parametrize("name", first(1, ["inclined", "inclined-forcing", "horizontal"]))
 def test_families_of_1_1_motions_are_what_is_followed_from_one_of_them(name: str, study_of):
     solution = study_of(name).solution
