@@ -68,3 +68,14 @@ def test_motions_on_the_bottom_alone_are_found_at_a_point(force: float, words: s
     stable = stable_motions(plane, (force, 0.5), Limits(2, 2))
     assert stable is not None
     assert {(each.word.letters, each.word.periods) for each in stable} == words
+
+
+def test_one_impact_is_found_at_every_point_with_a_high_restitution() -> None:
+    """The phase hardly changes there over the short sweep on which motions are looked for."""
+    table = load(EXAMPLES / "bouncing-ball.yaml", ["device.length_m=3"]).scenario
+    plane, restitution = plane_of(table, "amplitude_n=4..12,restitution=0.8..0.95"), 0.9
+    for share in np.linspace(0.3, 0.95, 14):
+        gamma = onset(restitution) + share * (doubling(restitution) - onset(restitution))
+        stable = stable_motions(plane, (GRAVITY * gamma, restitution), Limits(1, 1))
+        assert stable is not None
+        assert "B" in {each.word.letters for each in stable}

@@ -63,13 +63,22 @@ def one_impact(model: Model, low: float, high: float, periods: int) -> Candidate
     slope = (periods**2 / 2 + 1 + ratio) / a + 3 / pi**2  # of the distance from the membranes and the ends of the sweep
     side, parts = pi / PARTS, []
     centre = np.linspace(side, 2 * pi - side, PARTS) / 2
-    for _ in range(HALVINGS):
-        motions = above(centre)
+
+    def room_of(phase: Floats) -> Floats:
+        """Distance of the ball from the membranes, or of the motion from the ends of the sweep if that is less."""
+        motions = above(phase)
         coordinate = motions.coordinate(level)
-        inside = np.minimum(motions.gap, np.minimum(coordinate - low, high - coordinate))
+        return np.minimum(motions.gap, np.minimum(coordinate - low, high - coordinate))
+
+    for _ in range(HALVINGS):
+        inside = room_of(centre)
         parts.append(np.stack([centre, inside]))
         centre, side = centre[np.abs(inside) < slope * side / 2], side / 2
         centre = np.concatenate([centre - side / 2, centre + side / 2])
+    if high - low < 2 * slope * side:  # the smallest parts may pass over it: both phases in its middle are tried
+        sine = a * (low + high) / 2 / (ratio or 1.0)
+        middle = np.array([asin(sine), pi - asin(sine)] if sine < 1 else [])
+        parts.append(np.stack([middle, room_of(middle)]))
     whole = np.concatenate(parts, axis=1)
     phase, inside = whole[:, np.argsort(whole[0])]
     runs = np.flatnonzero(np.diff(inside > 0, prepend=False, append=False)).reshape(-1, 2)
