@@ -17,7 +17,6 @@ from vireport.design.followed import FollowedMotion, followed_motion
 from vireport.design.from_rest import Destination, FromRest, StartingDevice, Target, from_rest
 from vireport.design.recovery import NoRecovery, Recovery, recovery_of
 from vireport.design.solution import Solution
-from vireport.motions.atlas.one_impact import stable_on_table
 from vireport.physics.groups import Groups
 from vireport.physics.motion import SAME, Motion
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -136,6 +135,8 @@ def _on_bottom(
     solution: Solution, groups: Groups[float], from_rest: FollowedMotion | None
 ) -> tuple[FollowedMotion, ...]:
     """The stable motions with one impact above a table, but that which the device comes to from rest."""
+    from vireport.motions.atlas.one_impact import stable_on_table
+
     candidates = (_followed(solution, motion) for motion in stable_on_table(groups))
     motions = (followed for followed in candidates if followed is not None)
     return tuple(x for x in motions if from_rest is None or x.motion.distance(from_rest.motion) > SAME)
