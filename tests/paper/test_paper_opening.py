@@ -24,6 +24,7 @@ ROWS = {
 def paper(overrides=(), intervals=(11, 11), difference=1e-15, printed=3):
     rows = SimpleNamespace(overrides=overrides, intervals=intervals, simulation_difference=difference, printed=printed)
     rows.agreeing = ROWS.__getitem__
+    rows.compared = (PaperComparison(CASES[2], (*ROWS[True], *ROWS[False]), ()),)
     return rows
 
 
@@ -87,6 +88,16 @@ def test_results_of_motions_that_a_changed_device_has_not_are_counted() -> None:
 )
 def test_a_simulation_that_does_not_come_to_the_motions_is_told(difference, status, said) -> None:
     assert (status, said) in paper_opening(paper(difference=difference)).worded().facts
+
+
+def test_letters_that_stand_in_several_panels_are_told_apart() -> None:
+    points = [
+        ComparedRow(PrintedQuantity.POINT_PHASE, "B1", "0.22", 0.205, Agreement.DIFFERS, phase=CASES[2].phases[0])
+    ] * 2
+    changed = paper()
+    changed.compared = tuple(PaperComparison(case, tuple(points), ()) for case in CASES[1:])
+    facts = paper_opening(changed).worded().facts
+    assert facts[0] == (Status.CAUTION, "Misprints: φ of B1 of Fig. 2(d)–(f); φ of B1 of Fig. 2(g)–(i).")
 
 
 def test_a_section_says_which_of_the_papers_scenarios_it_is_of() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vireport.paper.reproduction import ReproducedPaper
-from vireport.report.printed import symbol_of
+from vireport.report.printed import place_of, symbol_of
 from vireport.study.judging.opening import Opening, Statement, gravest
 from vireport.study.judging.verdict import Status
 from vireport.text.said import words_of
@@ -44,9 +44,13 @@ def paper_opening(paper: ReproducedPaper) -> Opening:
 
 def _differing(paper: ReproducedPaper) -> Iterator[Statement]:
     """The numbers that differ from the print, each kind of a place once."""
-    names = list(
-        {(row.of, row.quantity): _said("of_place", symbol_of(row), row.of) for row in paper.agreeing(False)}.values()
-    )
+    places = [
+        (symbol_of(row), place_of(row, one.case.panels))
+        for one in paper.compared
+        for row in one.rows
+        if row.agrees is False
+    ]
+    names = [_said("of_place", symbol, place) for symbol, place in dict.fromkeys(places)]
     if names:
         yield Statement(Status.CAUTION, _said("differing" if paper.overrides else "misprinted", names))
 

@@ -37,7 +37,7 @@ _PACKAGE = Path(__file__).parent
 EXAMPLES = _PACKAGE if (_PACKAGE / FILES["horizontal"]).is_file() else _PACKAGE.parents[1] / "examples"
 """The folder of these: inside an installed package, or at the root of a checkout."""
 
-MOTION_FORMATS = (Task.PNG,)
+STUDY_FORMATS = (Task.PNG,)
 """What decides which steps the studies run: those that figures need."""
 
 
@@ -135,7 +135,7 @@ def reproduce_paper(overrides: Sequence[str] = (), say: Progress = lambda what: 
     scenarios = [_scenario(case, tuple(overrides)) for case in CASES]
     for case, loaded in zip(CASES, scenarios, strict=True):
         say(f"solving Fig. 2{case.panels}")
-        study = analyse(loaded, MOTION_FORMATS)
+        study = analyse(loaded, STUDY_FORMATS)
         studies.append(study)
         compared.append(compare_with_case(study.solution, case))
     say("simulating the motions of Fig. 3 and 6")

@@ -47,9 +47,14 @@ def numbers_table(compared: Sequence[PaperComparison], templates: Path | None = 
 
 def quantity_of(row: ComparedRow, panels: str) -> Said:
     """What a row compares: its place in the paper and its symbol; `panels` are those of its sweep in Fig. 2."""
-    point, symbol = row.quantity in (PrintedQuantity.POINT_PHASE, PrintedQuantity.POINT_D), symbol_of(row)
-    of = f"{row.of} of Fig. 2{panels}" if point else row.of
-    return _said("quantity_at", of, symbol, row.d) if row.d else _said("quantity", of, symbol)
+    place, symbol = place_of(row, panels), symbol_of(row)
+    return _said("quantity_at", place, symbol, row.d) if row.d else _said("quantity", place, symbol)
+
+
+def place_of(row: ComparedRow, panels: str) -> str:
+    """Where in the paper a row is from; letters of critical points are told apart by the panels of their sweep."""
+    point = row.quantity in (PrintedQuantity.POINT_PHASE, PrintedQuantity.POINT_D)
+    return f"{row.of} of Fig. 2{panels}" if point else row.of
 
 
 def _number(row: ComparedRow, panels: str) -> Iterator[str | Said]:
