@@ -538,7 +538,10 @@ def _closes(trail: Trail, new: PathPoint) -> bool:
     # The first steps of a trail are near its beginning as well.
     if len(trail.points) < 8 or float(last.tangent @ first.tangent) < 1 - SHARPEST**2 / 2:
         return False
-    share = float(way @ back) / float(way @ way)
+    length = float(way @ way)
+    if not length:  # where rounding swallows a step, nothing is passed
+        return False
+    share = float(way @ back) / length
     return 0 <= share <= 1 and float(np.abs(back - share * way).max()) < 0.1 * float(np.abs(way).max())
 
 
