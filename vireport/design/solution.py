@@ -141,9 +141,12 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def on_table(self) -> bool:
-        """Whether the top is out of the ball's reach, along the sweep and at the design point, so that none is 1:1."""
+        """Whether the top is out of the ball's reach, along the sweep and at the design point, so that none is 1:1.
+
+        Not of a device whose voltages are evaluated: a harvester that cannot use one of its membranes has failed.
+        """
         ends = () if self.sweep is None else (self.sweep.start, self.sweep.end)
-        return is_out_of_reach(self.device, self.parameter, ends)
+        return self.membrane is None and is_out_of_reach(self.device, self.parameter, ends)
 
     @property
     def horizontal(self) -> bool:

@@ -414,8 +414,8 @@ def motion_limits(scenario: Scenario) -> MotionsBlock | None:
 
 
 def is_table(scenario: Scenario) -> bool:
-    """Whether the top is out of reach along a sweep, so that no motion there is 1:1."""
-    if scenario.sweep is None:
+    """Whether the top is out of reach along a sweep, so that no motion there is 1:1; not of a harvester."""
+    if scenario.sweep is None or scenario.device.ball_mass_kg is not None:
         return False
     return is_out_of_reach(Device.of(scenario), scenario.parameter, (scenario.sweep.from_, scenario.sweep.to))
 

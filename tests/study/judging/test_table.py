@@ -263,3 +263,15 @@ def test_with_harmonics_the_range_of_one_impact_is_found_once() -> None:
     assert len(along.verdict.where.data) == len(there.verdict.where.data) == 1
     (force,) = (x for x in there.evidence.bottom if x.varied is DesignInput.AMPLITUDE)
     assert (force.low, force.high) == pytest.approx(single.stable_ranges[0], rel=1e-9)
+
+
+def test_a_harvester_that_cannot_reach_its_top_membrane_has_failed() -> None:
+    """A ball that bounces on the bottom alone is no success of a device with two membranes."""
+    harvester = study("bouncing-ball", "excitation.amplitude_n=12", "device.ball_mass_kg=0.004", "sweep=")
+    assert (
+        reach(harvester.solution.device.groups(Parameter.LENGTH, 0.5))
+        < harvester.solution.device.groups(Parameter.LENGTH, 0.5).d
+    )
+    assert harvester.verdict.conclusion in (Conclusion.NOT_STABLE, Conclusion.OTHER_MOTION)
+    assert harvester.verdict.status != "good"
+    assert "VR003" in {alert.code for alert in harvester.alerts}
