@@ -105,13 +105,19 @@ def test_a_motion_on_one_membrane_is_there_at_any_greater_length() -> None:
     """It ends where the top comes so near that the ball grazes it, and is followed to ten times the length."""
     over = {"device__length_m": 1.3838911, "excitation__amplitude_n": 2.83326937, "inclination_deg": 36.702719}
     solution = solved("design-point", **over, device__restitution=0.01)
-    on_bottom = switched_on_at_once(solution).motion_from_rest
-    assert set(on_bottom.motion.word.letters) == {"B"}
-    assert on_bottom.varied == DesignInput.AMPLITUDE  # as its length moves no motion of a table
-    reached = followed_motion(solution.device, on_bottom.motion, DesignInput.LENGTH)
+    reached = switched_on_at_once(solution).motion_from_rest
+    assert set(reached.motion.word.letters) == {"B"}
+    assert reached.varied == DesignInput.LENGTH
     assert (reached.below, reached.above) == (Event.GRAZING, Event.SWEEP_END)
     assert reached.high == pytest.approx(13.838911)
     assert reached.ends == ("grazing", "followed no farther")
+
+
+def test_a_motion_on_a_table_is_followed_along_the_force() -> None:
+    """As its length moves no motion there."""
+    over = {"device__length_m": 1.3838911, "excitation__amplitude_n": 2.83326937, "inclination_deg": 36.702719}
+    solution = solved("design-point", **over, device__restitution=0.01, device__ball_mass_kg=None)
+    assert switched_on_at_once(solution).motion_from_rest.varied == DesignInput.AMPLITUDE
 
 
 def test_a_ball_that_does_not_bounce_is_not_followed() -> None:
