@@ -6,11 +6,12 @@ from math import inf, pi, sqrt
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw
-from vireport.physics.reach import is_out_of_reach, reach
+from vireport.physics.reach import is_table, reach
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import BOTTOM, TOP, check_model, follow_impacts
 from vireport.simulation.kernel import WALL
@@ -67,14 +68,20 @@ def test_along_a_sweep_the_end_counts_at_which_the_ball_comes_higher(parameter, 
     shortest = reach(device.groups(Parameter.LENGTH, 1.0)) / device.groups(Parameter.LENGTH, 1.0).d
     longer, shorter = (device.with_values({Parameter.LENGTH: share * shortest}) for share in (1.001, 0.999))
     value = longer.value_of(parameter)
-    assert is_out_of_reach(longer, parameter, (value, easier * value))
+    assert is_table(longer, parameter, (value, easier * value))
     nearest = shorter.value_of(parameter)
-    assert not is_out_of_reach(shorter, parameter, (nearest, easier * nearest))
+    assert not is_table(shorter, parameter, (nearest, easier * nearest))
     between = (value * easier**share for share in (0.25, 0.5, 0.75))
-    assert all(is_out_of_reach(longer, parameter, (inside,)) for inside in between)
+    assert all(is_table(longer, parameter, (inside,)) for inside in between)
 
 
 def test_the_design_point_counts_besides_the_ends_of_a_sweep() -> None:
     device = Device(1.0, 0.5, 9.81, 0.01, 12.0, 10.0, 90.0)
-    assert not is_out_of_reach(device, Parameter.LENGTH, (0.5, 1.0))
-    assert is_out_of_reach(device.with_values({Parameter.LENGTH: 0.7}), Parameter.LENGTH, (0.5, 1.0))
+    assert not is_table(device, Parameter.LENGTH, (0.5, 1.0))
+    assert is_table(device.with_values({Parameter.LENGTH: 0.7}), Parameter.LENGTH, (0.5, 1.0))
+
+
+def test_a_device_that_states_the_mass_of_its_ball_is_no_table() -> None:
+    device = Device(1.0, 0.5, 9.81, 0.7, 10.0, 10.0, 90.0)
+    assert is_table(device, Parameter.LENGTH)
+    assert not is_table(replace(device, ball_mass_kg=0.004), Parameter.LENGTH)

@@ -20,10 +20,9 @@ from vireport.comparison.comparison import (
 from vireport.comparison.ranking import Merit
 from vireport.figures.captions import about, alt_text, caption_facts, held, swept_range, title_of
 from vireport.figures.curves import simulated_points
-from vireport.figures.layout import letter_of
 from vireport.figures.overlay import SCENARIO_COLORS, has_stable, overlay
 from vireport.figures.style import Color, Picture, Sheet, drawn_for, literal, sheet
-from vireport.figures.sweeps import Drawing, drawing_of, sweep_figure
+from vireport.figures.sweeps import PANELS, Drawing, drawing_of, panel_letters, sweep_figure
 from vireport.physics.motion import Symmetry
 from vireport.report.changes.sentences import listed
 from vireport.scenario.parameters import Parameter
@@ -31,8 +30,6 @@ from vireport.study.plan import Task
 from vireport.text.said import Said, words_of
 
 _said = words_of("compare")
-
-PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
 
 MOST_BESIDE = 5
 """Scenarios beside one another in a figure."""
@@ -192,10 +189,8 @@ def _caption(figure: Task, page: Columns, templates: Path | None) -> str:
     common, differing = _conditions(list(page.values()))
     columns: list[str | Said] = [common] if common else []
     for column, (scenario, drawing) in enumerate(page.items()):
-        first, last = (letter_of(column * PANELS[figure] + row) for row in (0, PANELS[figure] - 1))
-        letters = f"({first})" if first == last else f"({first})–({last})"
         parts = [text for text in (differing[column], swept_range(drawing.study)) if text]
-        columns.append(_said("column", letters, scenario, parts))
+        columns.append(_said("column", panel_letters(figure, column), scenario, parts))
     macro = "panels_shared" if len(page) > 1 else "panels_alone"
     return _said(macro, about(figure, templates), columns).words(templates)
 

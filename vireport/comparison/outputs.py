@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from msgspec.structs import replace
 
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import PageSettings, file_names
@@ -15,7 +12,7 @@ from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY,
 from vireport.comparison.ranking import ranking_table, remarks
 from vireport.comparison.variants import MOST_SCENARIOS
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
-from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.provenance import Provenance, provenance_of_several, with_pages
 from vireport.study.results import csv_bytes, json_bytes
 from vireport.text.said import Said
 from vireport.text.tables import plain_text
@@ -107,22 +104,8 @@ def render_comparison(comparison: Comparison, command: str, pages: PageSettings,
 
 
 def comparison_provenance(comparison: Comparison, command: str) -> Provenance:
-    """Record where a comparison comes from; its hash is that of the hashes of its scenarios, each on a line.
-
-    Parameters
-    ----------
-    comparison : Comparison
-    command : str
-        As given, without folders.
-    """
-    origins = [provenance_of(study.loaded, command) for study in comparison.studies]
-    files = list(dict.fromkeys(origin.scenario_name for origin in origins))
-    name = ", ".join(files) if len(files) <= FEW_NAMES else f"{len(files)} files"
-    hashes = "".join(f"{origin.scenario_sha256}\n" for origin in origins)
-    libraries = tuple(sorted({library for origin in origins for library in origin.libraries}))
-    return replace(
-        origins[0], scenario_name=name, scenario_sha256=sha256(hashes.encode()).hexdigest(), libraries=libraries
-    )
+    """Record where a comparison comes from, made by a `command` as given, without folders."""
+    return provenance_of_several([study.loaded for study in comparison.studies], command, FEW_NAMES)
 
 
 def compare_json(comparison: Comparison, provenance: Provenance, templates: Path | None = None) -> bytes:

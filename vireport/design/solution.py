@@ -37,7 +37,7 @@ from vireport.physics.energy import (
     stretch_of,
     voltages,
 )
-from vireport.physics.reach import is_out_of_reach
+from vireport.physics.reach import is_table
 from vireport.scenario.blocks import TolerancesBlock
 from vireport.scenario.parameters import DesignInput, Parameter
 
@@ -141,12 +141,9 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def on_table(self) -> bool:
-        """Whether the top is out of the ball's reach, along the sweep and at the design point, so that none is 1:1.
-
-        Not of a device whose voltages are evaluated: a harvester that cannot use one of its membranes has failed.
-        """
+        """Whether it is a ball on a table, along the sweep and at the design point, so that no motion is 1:1."""
         ends = () if self.sweep is None else (self.sweep.start, self.sweep.end)
-        return self.membrane is None and is_out_of_reach(self.device, self.parameter, ends)
+        return is_table(self.device, self.parameter, ends)
 
     @property
     def horizontal(self) -> bool:

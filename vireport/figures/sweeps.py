@@ -40,6 +40,7 @@ from vireport.figures.layout import (
     finished,
     fit_vertically,
     folded,
+    letter_of,
     letter_panels,
     prefix,
     say,
@@ -142,6 +143,9 @@ NO_MOTION = "no admissible 1:1 motion in this sweep"
 HEIGHTS = {Task.FIGURE_2: 1.18, Task.FIGURE_4: 1.27, Task.FIGURE_7: 2.3}
 """Heights of the panels with the letter over them, for `ROOM_FOR` critical points [in]."""
 
+PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
+"""Panels of a study in each figure, one above the other."""
+
 ROOM_FOR = 15
 """Critical points whose labels a panel has room for; with more it is higher in proportion."""
 
@@ -173,6 +177,12 @@ class Drawing(Struct, frozen=True, eq=False):
 def of_stability(look: Look, stable: bool) -> Look:
     """The look of a curve where the motions are stable, or are not: then it is thin and pale."""
     return look | STABLE_LOOK if stable else look | UNSTABLE_LOOK | {"linewidth": UNSTABLE_WIDTH * look["linewidth"]}
+
+
+def panel_letters(figure: Task, column: int) -> str:
+    """The letters of the panels of a column, such as (d)–(f): columns are lettered one after the other."""
+    first, last = (letter_of(column * PANELS[figure] + row) for row in (0, PANELS[figure] - 1))
+    return f"({first})" if first == last else f"({first})–({last})"
 
 
 def drawing_of(study: Study, simulated: PairedImpacts | None = None) -> Drawing:

@@ -7,19 +7,15 @@ from pathlib import Path
 
 from vireport.figures.captions import about, alt_text, caption_facts, held, swept_range
 from vireport.figures.curves import simulated_points
-from vireport.figures.layout import letter_of
 from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture
-from vireport.figures.sweeps import Drawing, drawing_of, sweep_figure
+from vireport.figures.sweeps import Drawing, drawing_of, panel_letters, sweep_figure
 from vireport.paper.reproduction import ReproducedPaper
 from vireport.study.checks.paper import CASES
 from vireport.study.plan import Task
 from vireport.text.said import words_of
 
 _said = words_of("reproduction")
-
-PANELS = {Task.FIGURE_2: 3, Task.FIGURE_4: 2, Task.FIGURE_7: 1}
-"""Figures along the sweeps, and how many panels each sweep has in them."""
 
 
 def paper_pictures(paper: ReproducedPaper, templates: Path | None = None) -> Iterator[Picture]:
@@ -44,10 +40,10 @@ def paper_pictures(paper: ReproducedPaper, templates: Path | None = None) -> Ite
 def _over_sweeps(figure: Task, drawings: Sequence[Drawing], templates: Path | None) -> Picture:
     """A figure with a column for each of the three sweeps, whose panels are lettered column by column."""
     titles = [_said(f"column_{case.name}").words(templates) for case in CASES]
-    columns, panels = [], PANELS[figure]
-    for k, (title, drawing) in enumerate(zip(titles, drawings, strict=True)):
-        letters = dict.fromkeys(letter_of(k * panels + row) for row in (0, panels - 1))
-        columns.append(_said("column", list(letters), title, [*held(drawing.study), swept_range(drawing.study)]))
+    columns = [
+        _said("column", panel_letters(figure, k), [*held(drawing.study), swept_range(drawing.study)])
+        for k, drawing in enumerate(drawings)
+    ]
     shown = [caption_facts(drawing.study, figure, drawing.simulated) for drawing in drawings]
     texts = [
         _said("column_alt", title, alt_text(figure, facts, templates))

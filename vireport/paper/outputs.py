@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from hashlib import sha256
 from pathlib import Path
-
-from msgspec.structs import replace
 
 from vireport.base.progress import Progress
 from vireport.base.records import plain
@@ -15,7 +12,7 @@ from vireport.paper.opening import paper_opening
 from vireport.paper.reproduction import ReproducedPaper
 from vireport.paper.results import paper_data
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
-from vireport.study.provenance import Provenance, provenance_of, with_pages
+from vireport.study.provenance import Provenance, provenance_of_several, with_pages
 from vireport.study.results import json_bytes
 
 PAPER_FOLDER = Path("paper")
@@ -29,10 +26,8 @@ PAPER_FILES = {
 
 
 def paper_provenance(paper: ReproducedPaper, command: str) -> Provenance:
-    """Where the numbers come from; the hash is that of the hashes of the three scenarios, each on a line."""
-    each = [provenance_of(study.loaded, command) for study in paper.studies]
-    names, hashes = ", ".join(x.scenario_name for x in each), "".join(f"{x.scenario_sha256}\n" for x in each)
-    return replace(each[0], scenario_name=names, scenario_sha256=sha256(hashes.encode()).hexdigest())
+    """Record where the numbers come from: the paper's scenarios, each by its name."""
+    return provenance_of_several([study.loaded for study in paper.studies], command, len(paper.studies))
 
 
 def paper_json(paper: ReproducedPaper, command: str) -> bytes:

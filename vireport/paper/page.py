@@ -45,11 +45,6 @@ class PaperReport(Struct, frozen=True, eq=False):
         return Words("reproduction", self.templates)("heading")
 
     @property
-    def heading(self) -> str:
-        """What stands on top of the page."""
-        return self.title
-
-    @property
     def subtitle(self) -> str:
         """Reference of the paper, under the title."""
         return PAPER

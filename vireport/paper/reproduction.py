@@ -83,15 +83,9 @@ class ReproducedPaper(Struct, frozen=True, eq=False):
     @property
     def intervals(self) -> tuple[int, int]:
         """Intervals of Table 1: how many are of the printed type, and how many there are in print."""
-        pairs = [
-            (printed, ours)
-            for one in self.compared
-            for types in one.types
-            for printed, ours in zip(types.printed, [*types.ours, *[None] * len(types.printed)], strict=False)
-        ]
-        return sum(printed is ours for printed, ours in pairs), sum(
-            len(types.words) for case in CASES for types in case.types
-        )
+        rows = [types for one in self.compared for types in one.types]
+        alike = sum(a is b for types in rows for a, b in zip(types.printed, types.ours, strict=False))
+        return alike, sum(len(types.words) for case in CASES for types in case.types)
 
     @property
     def simulation_difference(self) -> float | None:

@@ -24,7 +24,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.motion import Motion, Symmetry
 from vireport.report.printed import quantity_of
 from vireport.scenario.loading import load
-from vireport.study.checks.paper import PAPER
+from vireport.study.checks.paper import PAPER, half_unit
 from vireport.study.plan import Task
 from vireport.study.study import Study, analyse
 from vireport.text.formatting import ROUGHLY, exact, rounded_text
@@ -123,7 +123,7 @@ class ValidatedNumber(Struct, frozen=True):
     @classmethod
     def printed(cls, published: str, ours: float) -> ValidatedNumber:
         """A number in print, whose last digit is rounded."""
-        return cls(published, float(published), _half_unit(published), ours)
+        return cls(published, float(published), half_unit(published), ours)
 
     @classmethod
     def between(cls, low: str, high: str, ours: float) -> ValidatedNumber:
@@ -138,7 +138,7 @@ class ValidatedNumber(Struct, frozen=True):
     @property
     def computed(self) -> str:
         """Ours as text, with one digit more than is published."""
-        return rounded_text(self.ours, _half_unit(self.published.split()[-1]) / 10)
+        return rounded_text(self.ours, half_unit(self.published.split()[-1]) / 10)
 
     @property
     def difference(self) -> float:
@@ -149,11 +149,6 @@ class ValidatedNumber(Struct, frozen=True):
     def agrees(self) -> bool:
         """Whether the difference is one that is left open."""
         return self.difference <= self.within
-
-
-def _half_unit(number: str) -> float:
-    """Half a unit of the last digit of a decimal number."""
-    return 0.5 * 10.0 ** -len(number.partition(".")[2])
 
 
 class ValidationRow(Struct, frozen=True):
@@ -220,7 +215,7 @@ def paper_rows(paper: ReproducedPaper) -> Iterator[ValidationRow]:
         for row in one.rows:
             if row.printed:
                 within = row.gap if row.agrees else 0.0
-                what = f"{quantity_of(row, one.case.panels).words()}"
+                what = quantity_of(row, one.case.panels).words()
                 number = ValidatedNumber(row.printed, float(row.printed), within, row.ours)
                 yield ValidationRow(THE_PAPER, what, (number,))
 

@@ -75,8 +75,11 @@ def reach(groups: Groups[Any]) -> float:
     return fastest**2 / (2 * gbar) + 2 * travel
 
 
-def is_out_of_reach(device: Device, parameter: Parameter, ends: tuple[float, ...] = ()) -> bool:
-    """Whether a ball strikes the top no more in the long run: at the design point, and all along a sweep.
+def is_table(device: Device, parameter: Parameter, ends: tuple[float, ...] = ()) -> bool:
+    """Whether a device is a ball on a table: the ball strikes the top no more in the long run, where it is set to.
+
+    That is at the design point, and all along a sweep. A harvester, which states the mass of its ball, is no table: if
+    it cannot use one of its membranes, it has failed.
 
     Parameters
     ----------
@@ -91,6 +94,8 @@ def is_out_of_reach(device: Device, parameter: Parameter, ends: tuple[float, ...
     In metres `reach` grows with the force and the restitutions, and falls with frequency and inclination. So a top that
     is out of reach at both ends of a sweep is so all along it.
     """
+    if device.ball_mass_kg is not None:
+        return False
     design = device.value_of(parameter)
     values = ends if design is None else (*ends, design)
     return all(groups.d > reach(groups) for groups in (device.groups(parameter, value) for value in values))

@@ -18,7 +18,7 @@ from msgspec import Struct
 from vireport.base.additions import ADDITIONS
 from vireport.base.errors import NumericalError, UsageError, install_command
 from vireport.physics.device import Device
-from vireport.physics.reach import is_out_of_reach
+from vireport.physics.reach import is_table
 from vireport.scenario.blocks import Direction, MotionsBlock, Scenario
 from vireport.scenario.keys import value_at
 from vireport.scenario.parameters import Parameter
@@ -386,8 +386,8 @@ FOLLOW = Precondition(
 MOTIONS = Precondition(
     lambda scenario, _: motion_limits(scenario), "the scenario has no motions block", adds=Addition.MOTIONS
 )
-ONE_TO_ONE = Precondition(lambda scenario, _: not is_table(scenario), "on a table no motion is 1:1")
-SEEN = Precondition(lambda scenario, _: not is_table(scenario) or motion_limits(scenario), ONE_TO_ONE.otherwise)
+ONE_TO_ONE = Precondition(lambda scenario, _: not on_table(scenario), "on a table no motion is 1:1")
+SEEN = Precondition(lambda scenario, _: not on_table(scenario) or motion_limits(scenario), ONE_TO_ONE.otherwise)
 NAMED = Precondition(lambda scenario, _: scenario.motions and scenario.motions.portraits, "motions.portraits is empty")
 DISTORTED = Precondition(
     lambda scenario, formats: (
@@ -405,7 +405,7 @@ def motion_limits(scenario: Scenario) -> MotionsBlock | None:
     Above a table, a bottom whose top is out of reach, no motion is a 1:1 motion.
     """
     allowed = scenario.requirements.allowed if scenario.requirements is not None else ()
-    implied = is_table(scenario) and "motions" not in barred_blocks(scenario)
+    implied = on_table(scenario) and "motions" not in barred_blocks(scenario)
     if scenario.motions is not None or not (allowed or implied):
         return scenario.motions
     least = MotionsBlock()
@@ -413,11 +413,11 @@ def motion_limits(scenario: Scenario) -> MotionsBlock | None:
     return MotionsBlock(impacts=impacts, periods=max(least.periods, scenario.period_ratio))
 
 
-def is_table(scenario: Scenario) -> bool:
-    """Whether the top is out of reach along a sweep, so that no motion there is 1:1; not of a harvester."""
-    if scenario.sweep is None or scenario.device.ball_mass_kg is not None:
+def on_table(scenario: Scenario) -> bool:
+    """Whether a device is a ball on a table along a sweep, so that no motion there is 1:1."""
+    if scenario.sweep is None:
         return False
-    return is_out_of_reach(Device.of(scenario), scenario.parameter, (scenario.sweep.from_, scenario.sweep.to))
+    return is_table(Device.of(scenario), scenario.parameter, (scenario.sweep.from_, scenario.sweep.to))
 
 
 def _package(name: str, module: str) -> Precondition:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from datetime import UTC, datetime
+from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
@@ -91,6 +93,26 @@ def provenance_of(loaded: Loaded | LoadedMap, command: str) -> Provenance:
         command=command,
         timestamp=_timestamp(),
     )
+
+
+def provenance_of_several(scenarios: Sequence[Loaded], command: str, most_named: int) -> Provenance:
+    """Record where the results of several scenarios come from; the hash is that of their hashes, each on a line.
+
+    Parameters
+    ----------
+    scenarios : sequence of Loaded
+    command : str
+        As given, without folders.
+    most_named : int
+        Files up to which each is named; more are counted.
+    """
+    origins = [provenance_of(loaded, command) for loaded in scenarios]
+    files = list(dict.fromkeys(origin.scenario_name for origin in origins))
+    name = ", ".join(files) if len(files) <= most_named else f"{len(files)} files"
+    hashes = "".join(f"{origin.scenario_sha256}\n" for origin in origins)
+    libraries = tuple(sorted({library for origin in origins for library in origin.libraries}))
+    digest = sha256(hashes.encode()).hexdigest()
+    return replace(origins[0], scenario_name=name, scenario_sha256=digest, libraries=libraries)
 
 
 def with_pages(provenance: Provenance, drawn: bool) -> Provenance:

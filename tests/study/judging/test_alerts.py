@@ -393,7 +393,9 @@ def given(**values: object) -> SimpleNamespace:
     """A device with some values, and others that can be meant."""
     usual = {"length_m": 0.7, "amplitude_n": 3.0, "frequency_hz": 2.0, "inclination_deg": 45.0}
     usual |= {"capsule_mass_kg": 0.1245, "restitution": 0.5, "gravity_m_s2": 9.8}
-    device = SimpleNamespace(**{"groups": lambda *_: Groups(0.5, 1.25, 0.5), "harmonics": ()} | usual | values)
+    device = SimpleNamespace(
+        **{"groups": lambda *_: Groups(0.5, 1.25, 0.5), "harmonics": (), "ball_mass_kg": None} | usual | values
+    )
     device.inputs = tuple(DesignInput(key) for key in usual if key != "gravity_m_s2")
     device.value_of = lambda varied: getattr(device, varied)
     return device

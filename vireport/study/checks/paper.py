@@ -274,7 +274,7 @@ class ComparedRow(Struct, frozen=True):
     @property
     def error(self) -> float | Exactness:
         """What ours is rounded by: one digit more is told than is printed."""
-        return _half(self.printed) / 10 if self.printed else OF_A_MODEL
+        return half_unit(self.printed) / 10 if self.printed else OF_A_MODEL
 
     @property
     def gap(self) -> float:
@@ -348,7 +348,7 @@ def _decimals(printed: str) -> int:
     return len(printed.partition(".")[2])
 
 
-def _half(printed: str) -> float:
+def half_unit(printed: str) -> float:
     """Half a unit of the last digit printed."""
     return 0.5 * 10.0 ** -_decimals(printed)
 
@@ -412,7 +412,7 @@ def _sweep_rows(solution: Solution, case: PaperCase) -> Iterator[ComparedRow]:
 
 def _motion_rows(solution: Solution, case: PaperCase, printed: PrintedMotion) -> Iterator[ComparedRow]:
     """A motion of Fig. 3: ours at the printed d, compared within what the rounding of d leaves open."""
-    half, d = _half(printed.d), float(printed.d)
+    half, d = half_unit(printed.d), float(printed.d)
     sweep = solution.sweep or around_length(solution.device)
     value = float(sweep.value(d))
     if not min(sweep.start, sweep.end) <= value <= max(sweep.start, sweep.end):
@@ -474,7 +474,7 @@ def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours
     """Compare a printed number with ours at the printed d, and at the ends of what that d may stand for."""
     middle, *ends = ours
     row = ComparedRow(quantity, of.figure, printed, middle, _agreement(printed, middle), of.d)
-    if not row.agrees and min(ends) - _half(printed) <= float(printed) <= max(ends) + _half(printed):
+    if not row.agrees and min(ends) - half_unit(printed) <= float(printed) <= max(ends) + half_unit(printed):
         return replace(row, agreement=Agreement.ROUNDING_OF_D)
     return row
 

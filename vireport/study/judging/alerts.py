@@ -22,7 +22,7 @@ from vireport.physics.energy import Membrane
 from vireport.physics.forcing import peaks
 from vireport.physics.groups import by_wall
 from vireport.physics.motion import Symmetry
-from vireport.physics.reach import is_out_of_reach
+from vireport.physics.reach import is_table
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.evidence import Evidence
@@ -412,7 +412,7 @@ def _doubts(
     values |= {varied.path: device.value_of(varied) for varied in device.inputs} | {"gravity_m_s2": device.gravity_m_s2}
     values_set = [(path, path, value) for path, value in values.items() if value is not None]
     parameter, *ends = swept if swept is not None else (Parameter.LENGTH,)
-    on_table = is_out_of_reach(device, parameter, tuple(ends))
+    on_table = is_table(device, parameter, tuple(ends))
     if swept is not None:
         values_set += [(f"sweep.{key}", parameter.path, end) for key, end in zip(("from", "to"), ends, strict=True)]
     for path, kind, value in values_set:

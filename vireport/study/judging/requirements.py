@@ -38,7 +38,7 @@ from vireport.scenario.blocks import (
 from vireport.scenario.demands import Demand, LimitKind
 from vireport.scenario.keys import names_in_order, value_at
 from vireport.scenario.loading import Loaded
-from vireport.scenario.parameters import Parameter
+from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.designs import Designs, keeps_motion
 from vireport.study.judging.evidence import Criterion, Evidence, Judgement, Limit, held_against
 from vireport.study.judging.findings import findings, with_results
@@ -142,6 +142,12 @@ def _slack(value: Any, limit: Limit) -> Any:
     return ratio - 1 if limit.is_least else 1 - ratio
 
 
+def _place(varied: DesignInput, value: float, results: Evidence) -> OnPage:
+    """Where the nearest end of stable motion is: by symbol and unit on a page, by the key in data."""
+    text = rounded_text(value, results.exactness)
+    return OnPage(f"{varied.marked} = {varied.with_unit(text)}", in_data=f"{varied} = {text}")
+
+
 class OfMargin(Struct, frozen=True, eq=False):
     """Distance of the nearest end of the stable motion, of some kinds, in whichever input; without one it is met.
 
@@ -161,9 +167,8 @@ class OfMargin(Struct, frozen=True, eq=False):
         nearest = next((end for end in ends if end.relative is not None), None)
         if nearest is None:
             return Judgement(None, Remark.NO_END.said(), None, True)
-        varied, value = nearest.parameter, rounded_text(nearest.sweep_value, results.exactness)
-        place = OnPage(f"{varied.marked} = {varied.with_unit(value)}", in_data=f"{varied} = {value}")
-        bound = nearest.error_bound / float(device.value_of(varied))
+        place = _place(nearest.parameter, nearest.sweep_value, results)
+        bound = nearest.error_bound / float(device.value_of(nearest.parameter))
         return held_against(100 * nearest.size, limit, Remark.END.said(event=nearest.name, place=place), 100 * bound)
 
     def _on_bottom(self, results: Evidence, limit: Limit) -> Judgement:
@@ -175,8 +180,7 @@ class OfMargin(Struct, frozen=True, eq=False):
         end = next((end for end in results.ends_on_bottom if end.event in self.kinds), None)
         if end is None or end.relative is None:
             return Judgement(None, Remark.NO_END.said(), None, True)
-        value = rounded_text(end.value, results.exactness)
-        place = OnPage(f"{end.varied.marked} = {end.varied.with_unit(value)}", in_data=f"{end.varied} = {value}")
+        place = _place(end.varied, end.value, results)
         why = Remark.END.said(event=f"{results.bottom[0].name}, {end.event.words}", place=place)
         return held_against(100 * end.size, limit, why, 100 * LOCATED_SHARE)
 
