@@ -817,6 +817,14 @@ def test_without_a_ball_mass_the_figure_of_voltages_alone_is_left_out() -> None:
     assert left_out(massless, "figure-7") == [("other", Said("has_no_ball_mass", (), "compare"))]
 
 
+def test_figures_of_1_1_motions_leave_out_a_ball_on_a_table() -> None:
+    pair = compare([study("inclined"), study("bouncing-ball", "motions.impacts=1")])
+    for figure in ("figure-2", "figure-4", "figure-7"):
+        ((name, why),) = left_out(pair, figure)
+        assert name == "bouncing-ball"
+        assert why.words(None) == "its motions are on one membrane (vireport run draws them)"
+
+
 def test_a_name_is_no_markup() -> None:
     odd = compare([study("inclined"), study("horizontal")], names=("<b>*x*</b>", "a_b"))
     html = render_html(ComparisonReport(odd, {}, comparison_provenance(odd, "")))

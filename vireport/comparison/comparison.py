@@ -267,6 +267,8 @@ def left_out(comparison: Comparison, figure: str) -> list[tuple[str, Said]]:
     for name, study in comparison.by_name.items():
         if study.solution.sweep is None:
             missing.append((name, _said("has_no_sweep")))
+        elif study.solution.on_table:
+            missing.append((name, _said("is_table")))
         elif figure == "figure-7" and study.solution.membrane is None:
             missing.append((name, _said("has_no_ball_mass")))
     return missing
