@@ -30,11 +30,13 @@ CONTENTS = """
 :caption: Learn
 docs/tutorial
 docs/how-to
+docs/examples
 ```
 
 ```{toctree}
 :hidden:
 :caption: Look up
+docs/commands
 docs/scenario
 docs/made/keys
 docs/results
