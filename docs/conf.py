@@ -38,7 +38,6 @@ docs/examples
 :caption: Look up
 docs/commands
 docs/scenario
-docs/made/keys
 docs/results
 docs/compare
 docs/ci

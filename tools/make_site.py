@@ -3,7 +3,7 @@
     python tools/make_site.py
 
 Sphinx builds it from README.md, `docs/*.md`, and pages that stand nowhere else but are written here from what the
-program itself knows: keys of scenarios, terms, alerts, and the public names of each package. Warnings, such as a link
+program itself knows: terms, alerts, and the public names of each package. Warnings, such as a link
 that leads nowhere, are errors.
 """
 
@@ -17,9 +17,6 @@ from inspect import isclass, isfunction
 from pathlib import Path
 
 import vireport
-from vireport.scenario.blocks import MapFile, Scenario
-from vireport.scenario.json_schema import keys
-from vireport.scenario.messages import allowed
 from vireport.text.alerts import CATALOGUE
 from vireport.text.terms import TERMS
 
@@ -49,36 +46,6 @@ the heading of a page that has none."""
 def cell(text: object) -> str:
     """Text as a cell of a table in Markdown, in which nothing is markup."""
     return str(text).replace("\\", "\\\\").replace("|", "\\|").replace("*", "\\*").replace("<", "&lt;")
-
-
-def page_of_keys() -> str:
-    """Every key of a scenario, and of the map block, by blocks, as it is declared."""
-    declared = keys(Scenario) | {path: key for path, key in keys(MapFile).items() if path.split(".")[0] == "map"}
-    blocks: dict[str, list[str]] = {"": []}
-    for path, key in declared.items():
-        if "$ref" in f"{key.get('anyOf', '')}{[*key]}":
-            blocks[path] = []
-        elif path and not path.endswith(".*"):
-            blocks.setdefault(path.rpartition(".")[0], []).append(path)
-    lines = [
-        "# Keys of a scenario",
-        "",
-        "Every key as it is declared: `vireport init --schema` prints the same for editors.",
-    ]
-    for block, paths in blocks.items():
-        if paths:
-            lines += ["", f"## {block or 'At the top'}", ""]
-            if block and (meaning := declared[block].get("description")):
-                lines += [cell(meaning), ""]
-            lines += ["| key | may be | default | meaning |", "|---|---|---|---|"]
-            lines += [_row(path.rpartition(".")[2], declared[path]) for path in paths]
-    return "\n".join(lines) + "\n"
-
-
-def _row(name: str, key: dict[str, object]) -> str:
-    default = key.get("default", "")
-    shown = "" if default in ("", [], None) else f"`{str(default).lower() if isinstance(default, bool) else default}`"
-    return f"| `{name}` | {cell(allowed(key))} | {shown} | {cell(key.get('description', ''))} |"
 
 
 def page_of_terms() -> str:
@@ -129,7 +96,7 @@ def _documented(module: str, options: str = "") -> str:
 def write_pages() -> None:
     """Write the pages that are made, and leave alone those that are as they were: Sphinx reads what is newer."""
     pages = dict(pages_of_names())
-    pages |= {"keys.md": page_of_keys(), "glossary.md": page_of_terms(), "alerts.md": page_of_alerts()}
+    pages |= {"glossary.md": page_of_terms(), "alerts.md": page_of_alerts()}
     MADE.mkdir(exist_ok=True)
     for old in MADE.iterdir():
         if old.name not in pages:

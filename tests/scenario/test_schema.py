@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from runpy import run_path
 
 import pytest
 from bad_scenarios import BAD_SCENARIOS, GOOD
@@ -33,6 +34,16 @@ BEYOND = {
 def test_committed_schema_is_the_one_in_force():
     committed = (EXAMPLES / "scenario.schema.json").read_text(encoding="utf-8")
     assert committed == json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def test_the_tables_of_the_page_are_what_is_declared():
+    tool = run_path(str(EXAMPLES.parent / "tools" / "write_keys.py"))
+    text = (EXAMPLES.parent / "docs" / "scenario.md").read_text(encoding="utf-8")
+    assert tool["page"](text) == text
+    ramp = "| `disturbances.ramp_periods` | Forcing periods in which the amplitude of the force is ramped up"
+    assert f"{ramp} when the device is switched on; 0: at once. | a number from 0 to 1000, in periods | `0` |\n" in text
+    first = "| `sweep.from` | First value; it may be the larger. | a number, in the unit of the swept parameter"
+    assert f"{first} | required |\n" in text
 
 
 def test_schema_is_a_schema():

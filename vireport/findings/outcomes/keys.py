@@ -26,7 +26,7 @@ class DisturbancesBlock(Block):
         None,
         "Jitter",
         "m/s",
-        "Standard deviation of the velocity just after each impact. Given, the spread of the impacts is told.",
+        "Standard deviation of the velocity just after each impact. With it, the report has the spread of the impacts.",
         example=0.01,
     )
     jitter_restitution: float | None = key(
@@ -34,7 +34,7 @@ class DisturbancesBlock(Block):
         "Scatter of restitution",
         "1",
         "Standard deviation of the restitution coefficient from one impact to the next, alike on both membranes and "
-        "independent of the kicks of jitter_m_s. Given, the spread of the impacts is told.",
+        "independent of the kicks of jitter_m_s. With it, the report has the spread of the impacts.",
         example=0.02,
         ge=SMALLEST,
         le=1.0,
@@ -52,7 +52,7 @@ class DisturbancesBlock(Block):
         False,
         "Basins",
         "",
-        "Whether to draw which impacts on the bottom membrane lead to which motion, and to tell the share of each.",
+        "Whether to draw which impacts on the bottom membrane lead to which motion, and to give the share of each.",
         example=True,
     )
 
