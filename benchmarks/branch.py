@@ -21,7 +21,6 @@ import numpy as np
 from record import record
 
 from vireport import analyse, load
-from vireport.motions.level_curve import sample
 from vireport.motions.one_to_one import motions_of
 from vireport.physics.energy import voltages
 
@@ -45,7 +44,7 @@ def main() -> None:
     for name in ("horizontal", "inclined", "inclined-forcing"):
         study = analyse(load(EXAMPLES / f"{name}.yaml"))
         curve = study.solution.diagram.curve
-        samples = sample(curve)
+        samples = curve.sampled()
         valid = samples.validity > 0
         strand = np.bincount(samples.which[valid]).argmax()
         w_valid = samples.w[valid & (samples.which == strand)]

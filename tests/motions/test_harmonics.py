@@ -14,12 +14,13 @@ from raw_flights import Flights
 
 from vireport.base.errors import NumericalError
 from vireport.design.point import motions_at
-from vireport.motions.contour import Surface, contours, places
+from vireport.motions.contour import contours, places
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
 from vireport.motions.orbits import Dynamics, orbits_of
+from vireport.motions.planes import Surface, SweptPlane
 from vireport.motions.pointwise import PointwiseMotions
-from vireport.motions.sweep import Held, Level, Sweep, SweptPlane
+from vireport.motions.sweep import Held, Level, Sweep
 from vireport.motions.turning import turns, wall_gap
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, unaccelerated

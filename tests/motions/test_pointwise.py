@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from vireport.motions.diagram import solve
-from vireport.motions.level_curve import curve_of, sample
+from vireport.motions.level_curve import curve_of
 from vireport.motions.orbits import orbits
 from vireport.motions.pointwise import find_motions, forms
 from vireport.motions.roots import bracketed_root
@@ -33,7 +33,7 @@ def along_the_curve(device: Device):
     """The same by other means: where the curve of all motions of this gbar, followed piece by piece, crosses this d."""
     sweep = Sweep(device, Parameter.LENGTH, device.length_m / 2, device.length_m * 2)
     curve = curve_of(sweep)
-    samples, target = sample(curve), float(sweep.coordinate_of(device.length_m))
+    samples, target = curve.sampled(), float(sweep.coordinate_of(device.length_m))
     low, high = curve.bounds
     beyond = samples.drawn[:, 0] > (target - low) / (high - low)
     crossing = np.flatnonzero((beyond[1:] != beyond[:-1]) & (samples.which[1:] == samples.which[:-1]))

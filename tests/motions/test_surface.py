@@ -12,7 +12,8 @@ from strategies import phases, shares
 
 from vireport.motions.level_curve import evaluate, find_strands
 from vireport.motions.orbits import coefficients, orbits
-from vireport.motions.sweep import Held, Level, SweptPlane, level_residual
+from vireport.motions.planes import SweptPlane
+from vireport.motions.sweep import Held, Level, level_residual
 
 restitutions = st.floats(0, 0.999)
 ratios = st.integers(1, 5)

@@ -17,11 +17,9 @@ from vireport.motions.events import Event
 from vireport.motions.families import Family, Mark
 from vireport.motions.level_curve import COLUMNS, LevelCurve
 from vireport.motions.one_to_one import Motions, motions_of
-from vireport.motions.orbits import Orbits
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import model_of
-from vireport.motions.pieces import INSET, Piece
-from vireport.motions.points import OneToOne, Point, SweepEnd, points_on, sweep_ends
+from vireport.motions.points import OneToOne, SolvedPiece
 from vireport.motions.stability import NODE, UNSTABLE
 from vireport.motions.sweep import Sweep
 from vireport.physics.energy import Voltages
@@ -69,25 +67,23 @@ class Branch(Struct, frozen=True, eq=False):
         return self.family.number
 
 
-def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]:
+def branches_of(curve: LevelCurve, solved: SolvedPiece) -> tuple[Branch, Branch | None]:
     """The branch of a piece of a level curve and, if its motions have mirror images, theirs; without numbers."""
-    at_events = curve.at(piece.strand, piece.w)
-    orbit = _before_rest(curve, piece, at_events)
-    points, ends = points_on(curve, piece, at_events), sweep_ends(curve, piece, orbit)
+    piece, orbit = solved.piece, solved.orbit
     u, phi = np.array(orbit.u), np.array(orbit.phi)
-    for row, end in ends.items():
+    for row, end in solved.ends.items():
         if end.place is not None:
             u[row], phi[row] = end.place
-    for row, point in points.items():
+    for row, point in solved.points.items():
         if point.rest is None:
             u[row], phi[row] = point.closed.u, point.closed.phi_bottom
     # An asymmetric branch of a horizontal capsule begins at a symmetric motion, whose u is zero exactly.
     at_symmetry = [row for row in (0, -1) if piece.mirrored and abs(orbit.u[row]) < BEGINS_AT_SYMMETRY]
     u[at_symmetry] = 0.0
     motions = motions_of(curve.sweep, curve.plane.orbits(u, phi))
-    _pin(motions, curve, ends, points)
+    _pin(motions, curve, solved)
     motions.stability[at_symmetry] = UNSTABLE
-    marks = tuple(_marks(piece, points, at_symmetry))
+    marks = tuple(_marks(solved, at_symmetry))
     symmetry = Symmetry.SYMMETRIC if piece.symmetric else Symmetry.ASYMMETRIC
     branch = Branch(family_of(curve.sweep, motions, marks), symmetry, None, motions)
     if not piece.mirrored:
@@ -95,40 +91,28 @@ def branches_of(curve: LevelCurve, piece: Piece) -> tuple[Branch, Branch | None]
     # The image is reflected, not solved for again; only numbers that were rounded from decimals are put in anew, as a
     # reflection in doubles would round them a second time.
     image = motions.mirrored()
-    for row, end in ends.items():
+    for row, end in solved.ends.items():
         if end.image_phase is not None:
             image.phi_bottom[row] = end.image_phase
-    for row, point in points.items():
+    for row, point in solved.points.items():
         if point.mirror is not None:
             _pin_place(image, row, point.mirror.closed)
     return branch, Branch(family_of(curve.sweep, image, marks), symmetry, None, image)
 
 
-def _before_rest(curve: LevelCurve, piece: Piece, orbit: Orbits) -> Orbits:
-    """The motions of a piece, with those just before an impact loses its velocity in place of those where it has."""
-    # At an impact of velocity zero the trace is infinite and the ball rests at a membrane: the row has the trace just
-    # before, and `_pin` puts in the exact numbers.
-    at_rest = [row for row, at in piece.conditions.items() if at.event is Event.ZERO_VELOCITY]
-    if not at_rest:
-        return orbit
-    w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
-    w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
-    return curve.at(piece.strand, w)
-
-
-def _pin(motions: Motions, curve: LevelCurve, ends: dict[int, SweepEnd], points: dict[int, Point]) -> None:
+def _pin(motions: Motions, curve: LevelCurve, solved: SolvedPiece) -> None:
     """Put the numbers of motions that were solved for in decimals into their rows, in place.
 
     Where an impact has no velocity, the trace stays that of `INSET` before it.
     """
     sweep = curve.sweep
-    for row, end in ends.items():
+    for row, end in solved.ends.items():
         motions.sweep_value[row] = end.value
         motions.d[row], motions.gbar[row], *_ = sweep.device.groups(sweep.parameter, end.value)
         _pin_restitution(motions, curve, row, end.value)
     # What happens at a row decides what it states: on a critical point itself the less stable side counts, and a motion
     # that touches a membrane, or stops, is none.
-    for row, point in points.items():
+    for row, point in solved.points.items():
         motions.sweep_value[row], motions.d[row], motions.gbar[row] = point.sweep_value, point.d, point.gbar
         _pin_restitution(motions, curve, row, point.sweep_value)
         _pin_place(motions, row, point.closed)
@@ -156,21 +140,12 @@ def _pin_place(motions: Motions, row: int, closed: OneToOne) -> None:
     motions.phi_top[row] = closed.phi_top
 
 
-def _marks(piece: Piece, points: dict[int, Point], at_symmetry: list[int]) -> Iterator[Mark]:
-    """The events on a piece of the curve, in order.
-
-    Parameters
-    ----------
-    piece : Piece
-    points : dict
-        Its critical points, by rows.
-    at_symmetry : list of int
-        Its ends, 0 or -1, that are at the symmetric motion.
-    """
-    last = len(piece.w) - 1
+def _marks(solved: SolvedPiece, at_symmetry: list[int]) -> Iterator[Mark]:
+    """The events on a piece of the curve, in order; the ends `at_symmetry`, 0 or -1, are at the symmetric motion."""
+    last = len(solved.piece.w) - 1
     beginnings = [row % (last + 1) for row in at_symmetry]
-    for row, k in enumerate(piece.event):
-        event, point = COLUMNS[k].event if k >= 0 else None, points.get(row)
+    for row, k in enumerate(solved.piece.event):
+        event, point = COLUMNS[k].event if k >= 0 else None, solved.points.get(row)
         if event is None and row in (0, last):
             event = Event.PITCHFORK if row in beginnings else Event.CLOSED
         if event is not None:
@@ -185,8 +160,7 @@ def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
     velocity = np.stack([motions.velocity_bottom, motions.velocity_top], axis=1)
     x = np.column_stack([velocity, start, start + 2 * n * (0.5 + motions.u), sweep.coordinate(motions)])
     trace = np.where((velocity == 0).any(axis=1), np.nan, motions.trace)
-    low, high = sweep.coordinate_range
-    curve = Curve.over_sweep(Word((1, -1), n), model_of(sweep, FLOATS), low, high)
+    curve = Curve.over_sweep(Word((1, -1), n), model_of(sweep, FLOATS), *sweep.coordinate_range)
     return Family(0, sweep, curve, x, trace, motions.sweep_value, motions.admissible_mask, tuple(marks))
 
 

@@ -15,7 +15,6 @@ Read from `contours` on.
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
@@ -25,9 +24,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
+from vireport.motions.planes import EDGE, ContourPlane
 from vireport.motions.roots import bracketed_root
-from vireport.motions.sweep import EDGE, SweptPlane, level_slope, level_value
-from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -46,11 +44,6 @@ PER_DECADE = 4
 
 NEAREST = 1e-11
 """Distance of two points of a contour up to which only one of them is kept."""
-
-UNRESOLVED = (
-    "the motions of this force with harmonics are not resolved next to the largest gravity at which there are any "
-    "(change excitation.harmonics or inclination_deg by a per mille)"
-)
 
 STEEP = 0.5
 """Most that the direction of the curve may differ from the chord of two points [rad]; where it differs more, the curve
@@ -77,83 +70,6 @@ OFF_CURVE = 1e-9
 
 EXTREMUM_STEPS = 40
 """Newton steps to an extremum of the level, of which six are usual."""
-
-
-class ContourPlane(SweptPlane, frozen=True, eq=False):
-    """The plane of q and phase of a sweep whose level is a contour: what `contours` has to know of it."""
-
-    @property
-    @abstractmethod
-    def order(self) -> int:
-        """Highest order of the phase in the level."""
-
-    @property
-    @abstractmethod
-    def sharp(self) -> bool:
-        """Whether the level may have features of any size next to q = 1/2, as that of a nearly horizontal capsule."""
-
-    @property
-    @abstractmethod
-    def unresolved(self) -> str:
-        """Message for the user of a sweep whose level cannot be followed."""
-
-    @abstractmethod
-    def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
-        """A function on the level that is positive where motions are, and the value below which none are near."""
-
-    @abstractmethod
-    def on_grid(self, u: Floats, phi: Floats) -> Floats:
-        """The height above the level at all pairs of a u and a phase, shape (len(u), len(phi))."""
-
-    @abstractmethod
-    def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
-        """The height and its derivatives by u and by the phase."""
-
-
-class Surface(ContourPlane, frozen=True, eq=False):
-    """The plane of q and phase for a force with harmonics, where a sweep holds gbar, d or their ratio."""
-
-    @property
-    def order(self) -> int:
-        """Highest order of the phase in the level."""
-        return max(harmonic.order for harmonic in self.harmonics)
-
-    @property
-    def sharp(self) -> bool:
-        """Whether the level may have features of any size next to q = 1/2."""
-        return True
-
-    @property
-    def unresolved(self) -> str:
-        """Message for the user of a sweep whose level cannot be followed."""
-        return UNRESOLVED
-
-    def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
-        """1 everywhere: motions may be on all parts of the level."""
-        return np.ones(len(u)), 0.0
-
-    def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
-        """The height above the level at places of one shape."""
-        return level_value(self.polynomial(u, ops), phi, ops)
-
-    def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
-        """Derivatives of the height by u, as a central difference over step/`order`, and by the phase, exact."""
-        # The steps are those of a sine; a harmonic of order j varies j times as fast with u.
-        step = step / self.order
-        by_u = (self.value(u + step, phi) - self.value(u - step, phi)) / (2 * step)
-        return by_u, self.gradient(u, phi)[2]
-
-    def on_grid(self, u: Floats, phi: Floats) -> Floats:
-        """The height above the level at all pairs of a u and a phase, shape (len(u), len(phi))."""
-        parts, held = self.polynomial(u)
-        waves = ((a[:, None] * np.sin(j * phi) + b[:, None] * np.cos(j * phi)) for j, a, b in parts)
-        return np.asarray(sum(waves, -np.asarray(held)[:, None]))
-
-    def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
-        """The height and its derivatives by u and by the phase."""
-        polynomial = self.polynomial(u + 1j * IMAGINARY_STEP)
-        value = level_value(polynomial, phi)
-        return value.real, value.imag / IMAGINARY_STEP, np.real(level_slope(polynomial, phi))
 
 
 class Contour(Struct, frozen=True, eq=False):

@@ -12,9 +12,9 @@ from vireport.base.records import brief
 from vireport.motions.branches import Branch, branches_of
 from vireport.motions.events import Event
 from vireport.motions.families import Mark
-from vireport.motions.level_curve import LevelCurve, curve_of, sample
+from vireport.motions.level_curve import LevelCurve, curve_of
 from vireport.motions.pieces import pieces_of
-from vireport.motions.points import Point
+from vireport.motions.points import Point, solved_on
 from vireport.motions.stability import Stability
 from vireport.motions.sweep import Sweep
 from vireport.physics.motion import Motion, Symmetry
@@ -60,8 +60,8 @@ def solve(sweep: Sweep) -> BifurcationDiagram:
         With a restitution below 1.
     """
     curve = curve_of(sweep)
-    pieces = pieces_of(curve, sample(curve))
-    branches, critical_points = _numbered(curve, [branches_of(curve, piece) for piece in pieces])
+    solved = [solved_on(curve, piece) for piece in pieces_of(curve)]
+    branches, critical_points = _numbered(curve, [branches_of(curve, piece) for piece in solved])
     return BifurcationDiagram(curve, branches, critical_points)
 
 

@@ -22,12 +22,13 @@ from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.motions.bounces import Bounces
 from vireport.motions.conditions import Condition
-from vireport.motions.contour import Contour, ContourPlane, Surface, contours, places
+from vireport.motions.contour import Contour, contours, places
 from vireport.motions.events import Event
 from vireport.motions.orbits import Orbits, coefficients, orbits_above, rubbing
+from vireport.motions.planes import EDGE, ContourPlane, Surface, SweptPlane
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, lap_decay, return_trace
-from vireport.motions.sweep import EDGE, Level, Sweep, SweptPlane
+from vireport.motions.sweep import Level, Sweep
 from vireport.physics.device import FINEST_D
 from vireport.physics.forcing import SINE, Harmonic
 from vireport.physics.groups import by_wall
@@ -197,11 +198,46 @@ class LevelCurve(Struct, frozen=True, eq=False):
         in_sweep = (coordinate - low) / (high - low), (high - coordinate) / (high - low)
         return np.array([*traced, unknown, orbit.velocity_bottom, -orbit.velocity_top, *in_sweep]).T
 
+    def sampled(self) -> Samples:
+        """Sample every strand, finer wherever the drawn curve bends, jumps, or may enter the sweep unseen.
+
+        Raises
+        ------
+        NumericalError
+            If rounding does not resolve the curve.
+        """
+        which = np.repeat(np.arange(len(self.strands)), [strand.samples for strand in self.strands] or 0)
+        w = np.concatenate([np.linspace(s.start, s.end, s.samples) for s in self.strands] or [np.empty(0)])
+        samples = _samples(self, which, w)
+        active = np.ones(max(len(w) - 1, 0), dtype=bool)
+        # Active are all steps at first, then only the halves of those whose middle was off the chord: a step that was
+        # straight or not relevant once is not looked at again, so that later passes cost little.
+        for _ in range(PASSES):
+            same = samples.which[1:] == samples.which[:-1]
+            index = np.nonzero(active & same & (_relevant(samples) | _jumps(samples)))[0]
+            if not index.size:
+                break
+            if len(samples.w) > MOST_SAMPLES:
+                raise NumericalError(
+                    f"the motions from {self.sweep.parameter} = {self.sweep.start:g} to {self.sweep.end:g} are not "
+                    "resolved in double precision: their curve bends on every scale (narrow the sweep, or use a "
+                    "restitution further from 1)"
+                )
+            middle = _samples(self, samples.which[index], (samples.w[index] + samples.w[index + 1]) / 2)
+            coarse = _coarse(samples, index, middle)
+            order = np.argsort(np.concatenate([np.arange(len(samples.w)), index + 0.5]), kind="stable")
+            halves = np.zeros(len(samples.w), dtype=bool)
+            halves[index] = coarse
+            active = np.concatenate([halves, coarse])[order][:-1]
+            both = [(getattr(samples, name), getattr(middle, name)) for name in Samples.__struct_fields__]
+            samples = Samples(*(np.concatenate(pair)[order] for pair in both))
+        return samples
+
 
 def plane_of(sweep: Sweep) -> SweptPlane:
     """The plane of the 1:1 motions of a sweep: with two sheets for a sine, a contour for harmonics and restitutions."""
     device = sweep.device
-    kind: type[SweptPlane] = Surface if device.harmonics else SweptPlane
+    kind = Surface if device.harmonics else SweptPlane
     if sweep.parameter.bounces:
         kind = Bounces
     return kind(sweep.level, device.restitution, device.period_ratio, device.harmonics)
@@ -357,46 +393,6 @@ class Samples(Struct, frozen=True, eq=False):
     w: Floats
     validity: Floats
     drawn: Floats
-
-
-def sample(curve: LevelCurve) -> Samples:
-    """Sample every strand, finer wherever the drawn curve bends, jumps, or may enter the sweep unseen.
-
-    Parameters
-    ----------
-    curve : LevelCurve
-
-    Raises
-    ------
-    NumericalError
-        If rounding does not resolve the curve.
-    """
-    which = np.repeat(np.arange(len(curve.strands)), [strand.samples for strand in curve.strands] or 0)
-    w = np.concatenate([np.linspace(s.start, s.end, s.samples) for s in curve.strands] or [np.empty(0)])
-    samples = _samples(curve, which, w)
-    active = np.ones(max(len(w) - 1, 0), dtype=bool)
-    # Active are all steps at first, then only the halves of those whose middle was off the chord: a step that was
-    # straight or not relevant once is not looked at again, so that later passes cost little.
-    for _ in range(PASSES):
-        same = samples.which[1:] == samples.which[:-1]
-        index = np.nonzero(active & same & (_relevant(samples) | _jumps(samples)))[0]
-        if not index.size:
-            break
-        if len(samples.w) > MOST_SAMPLES:
-            raise NumericalError(
-                f"the motions from {curve.sweep.parameter} = {curve.sweep.start:g} to {curve.sweep.end:g} are not "
-                "resolved in double precision: their curve bends on every scale (narrow the sweep, or use a "
-                "restitution further from 1)"
-            )
-        middle = _samples(curve, samples.which[index], (samples.w[index] + samples.w[index + 1]) / 2)
-        coarse = _coarse(samples, index, middle)
-        order = np.argsort(np.concatenate([np.arange(len(samples.w)), index + 0.5]), kind="stable")
-        halves = np.zeros(len(samples.w), dtype=bool)
-        halves[index] = coarse
-        active = np.concatenate([halves, coarse])[order][:-1]
-        both = [(getattr(samples, name), getattr(middle, name)) for name in Samples.__struct_fields__]
-        samples = Samples(*(np.concatenate(pair)[order] for pair in both))
-    return samples
 
 
 def _samples(curve: LevelCurve, which: Ints, w: Floats) -> Samples:

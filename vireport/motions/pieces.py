@@ -90,8 +90,9 @@ class Piece(Struct, frozen=True, eq=False):
         return replace(self, w=merged[order], event=np.concatenate([self.event, event])[order])
 
 
-def pieces_of(curve: LevelCurve, samples: Samples) -> list[Piece]:
+def pieces_of(curve: LevelCurve) -> list[Piece]:
     """Cut the strands of a curve into runs of possible motions and locate the events on them."""
+    samples = curve.sampled()
     # All runs and pieces at once, strand after strand: a call on arrays of all costs little more than one on a few.
     runs = [run for k in range(len(curve.strands)) for run in _runs(curve, samples, k)]
     if not runs:

@@ -3,7 +3,7 @@
 The guess is a motion in doubles, from a level curve or a path. At a grazing point, where a turning point of the ball
 comes to touch a membrane and a family ends, the touch is solved for as an impact of velocity zero.
 
-Read from `points_on` on: the critical points of a piece of a level curve, the motions at the very ends of the sweep,
+Read from `solved_on` on: the motions at the very ends of the sweep, the critical points of a piece of a level curve,
 and what both rest on, `solve_one_to_one`; `polished` is the same for motions of any word.
 """
 
@@ -29,7 +29,7 @@ from vireport.motions.events import Event
 from vireport.motions.level_curve import LevelCurve
 from vireport.motions.orbits import Orbits
 from vireport.motions.periodicity import Varied, model_of, trace
-from vireport.motions.pieces import Piece
+from vireport.motions.pieces import INSET, Piece
 from vireport.motions.polish import DECIMALS, FARTHEST, Solved, in_decimals, solve_motion
 from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
@@ -164,21 +164,49 @@ class Point(Struct, frozen=True, eq=False):
         return DETAILS[self.event if self.rest is None else Event.ZERO_VELOCITY, self.rest]
 
 
-def points_on(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, Point]:
-    """The critical points of a piece, with their mirror images, by its rows.
+class SolvedPiece(Struct, frozen=True, eq=False):
+    """A piece of a level curve with the motions on it that are solved for in decimals, by their rows.
 
-    Parameters
+    Attributes
     ----------
-    curve : LevelCurve
     piece : Piece
     orbit : Orbits
-        Its motions.
+        All its motions in doubles, those where an impact has no velocity as they are just before.
+    ends : dict
+        The motions at the very ends of the sweep, where these cut the piece, by the rows 0 and -1.
+    points : dict
+        The critical points, with their mirror images.
     """
-    return {
-        row: _point(curve, piece, row, condition, orbit)
+
+    piece: Piece
+    orbit: Orbits
+    ends: dict[int, SweepEnd]
+    points: dict[int, Point]
+
+
+def solved_on(curve: LevelCurve, piece: Piece) -> SolvedPiece:
+    """Solve for the ends of the sweep and the critical points on a piece of a level curve."""
+    at_events = curve.at(piece.strand, piece.w)
+    orbit = _before_rest(curve, piece, at_events)
+    ends = _sweep_ends(curve, piece, orbit)
+    points = {
+        row: _point(curve, piece, row, condition, at_events)
         for row, condition in piece.conditions.items()
         if condition.event is not Event.SWEEP_END
     }
+    return SolvedPiece(piece, orbit, ends, points)
+
+
+def _before_rest(curve: LevelCurve, piece: Piece, orbit: Orbits) -> Orbits:
+    """The motions of a piece, with those just before an impact loses its velocity in place of those where it has."""
+    # At an impact of velocity zero the trace is infinite and the ball rests at a membrane: the row has the trace just
+    # before, and the exact numbers of its point.
+    at_rest = [row for row, at in piece.conditions.items() if at.event is Event.ZERO_VELOCITY]
+    if not at_rest:
+        return orbit
+    w, inner = piece.w.copy(), [1 if row == 0 else row - 1 for row in at_rest]
+    w[at_rest] += INSET * (piece.w[inner] - piece.w[at_rest])
+    return curve.at(piece.strand, w)
 
 
 def _point(curve: LevelCurve, piece: Piece, row: int, condition: Condition, orbit: Orbits) -> Point:
@@ -274,16 +302,8 @@ class SweepEnd(Struct, frozen=True, eq=False):
     image_phase: float | None = None
 
 
-def sweep_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, SweepEnd]:
-    """The motions at the very ends of the sweep, where these cut a piece, by its rows 0 and -1.
-
-    Parameters
-    ----------
-    curve : LevelCurve
-    piece : Piece
-    orbit : Orbits
-        Its motions.
-    """
+def _sweep_ends(curve: LevelCurve, piece: Piece, orbit: Orbits) -> dict[int, SweepEnd]:
+    """The motions at the very ends of the sweep, where these cut a piece, by its rows 0 and -1."""
     # Solved for anew: on the strand the end has no more digits than its parameter gives to the sweep's coordinate,
     # which next to a horizontal capsule are few.
     conditions, last, sweep = piece.conditions, len(piece.w) - 1, curve.sweep

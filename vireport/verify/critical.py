@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from vireport.motions.events import Event
-from vireport.motions.level_curve import sample
 from vireport.motions.one_to_one import Motions, motions_of
 from vireport.motions.points import Point
 from vireport.physics.groups import by_wall, map_restitution
@@ -108,7 +107,7 @@ def _changes_of_type(harvester: Harvester) -> CaseFinding:
     solution = harvester.over().solution
     assert solution.diagram is not None
     curve, (bottom, top), counted = solution.diagram.curve, by_wall(harvester.device.restitution), 0
-    samples = sample(curve)
+    samples = curve.sampled()
     for k in range(len(curve.strands)):
         w = samples.w[samples.which == k]
         dense = np.interp(np.linspace(0, len(w) - 1, TRACES), np.arange(len(w)), w)  # as unevenly as the samples lie
