@@ -1,8 +1,7 @@
 """Small deviations from a periodic motion: how they go from impact to impact, and what keeps up a spread of them.
 
-Turns a motion into the Jacobians of its flights in (time, velocity before the impact), by the exact derivatives of
-(2.11) and (2.12), and solves the discrete Lyapunov equations that rest on them. Of a ball with friction they are those
-of the simulation, over all stops between two impacts.
+Turns a motion into the Jacobians of its flights in (time, velocity before the impact), which are those of the
+simulation, and solves the discrete Lyapunov equations that rest on them.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.motions.stability import flight_jacobian
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
@@ -32,7 +30,7 @@ def is_smooth(motion: Motion) -> bool:
 
 
 def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
-    """Derivatives of time and velocity of each next impact by those of the one before, (N, 2, 2), Eqs. (A.1), (A.2).
+    """Derivatives of time and velocity of each next impact by those of the one before, (N, 2, 2).
 
     Parameters
     ----------
@@ -41,16 +39,13 @@ def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
     motion : Motion
         None of whose impacts has velocity zero: the map has no derivative there.
     """
-    if groups.friction is not None:
-        return _with_friction(groups, motion)
-    count, pulls = len(motion.word), [_pull(groups, t) for t in motion.time.tolist()]
-    durations, velocity = motion.durations.tolist(), motion.velocity.tolist()
-    rebounds = list(map(groups.rebound, motion.word.walls, velocity))
-    rows = []
-    for i in range(count):
-        j = (i + 1) % count
-        rows.append(flight_jacobian(durations[i], (velocity[i], velocity[j]), (pulls[i], pulls[j]), *rebounds[i]))
-    return np.array(rows).reshape(count, 2, 2)
+    before = np.zeros((len(motion.word), RIDING + 1))
+    before[:, WALL], before[:, PHASE], before[:, VELOCITY] = motion.word.walls, motion.phase, motion.velocity
+    # The flight of a row of the simulation is the one that ends there.
+    before[:, FLIGHT] = np.roll(motion.durations, 1)
+    by_phase = jacobians(check_model(groups)[0], before, np.roll(before, -1, axis=0))
+    # A phase is pi times a time: derivatives of it are pi times as large, those by it as much smaller.
+    return np.asarray(by_phase * np.array([[1.0, 1 / pi], [pi, 1.0]]))
 
 
 def lap_matrix(groups: Groups[float], motion: Motion) -> Floats:
@@ -84,17 +79,6 @@ def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
     # velocity sooner.
     late = -duration / ahead
     return np.stack([late, 1 + late * np.array([_pull(groups, t) for t in np.roll(motion.time, -1)])], axis=1)
-
-
-def _with_friction(groups: Groups[float], motion: Motion) -> Floats:
-    """`flight_matrices` of a ball that may stop in flight, by time in place of the phase."""
-    before = np.zeros((len(motion.word), RIDING + 1))
-    before[:, WALL], before[:, PHASE], before[:, VELOCITY] = motion.word.walls, motion.phase, motion.velocity
-    # The flight of a row of the simulation is the one that ends there.
-    before[:, FLIGHT] = np.roll(motion.durations, 1)
-    by_phase = jacobians(check_model(groups)[0], before, np.roll(before, -1, axis=0))
-    # A phase is pi times a time: derivatives of it are pi times as large, those by it as much smaller.
-    return np.asarray(by_phase * np.array([[1.0, 1 / pi], [pi, 1.0]]))
 
 
 def _pull(groups: Groups[float], time: float) -> float:
