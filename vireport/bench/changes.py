@@ -83,11 +83,11 @@ def changes(study: Study, say: Progress | None = None) -> tuple[Change, ...] | N
     for varied in study.solution.device.inputs:
         if say is not None:
             say(f"what to change: {varied.quantity}")
-        helpful += _along(study, varied)
+        helpful += _working_changes(study, varied)
     return tuple(sorted(helpful, key=lambda change: inf if change.percent is None else abs(change.percent)))
 
 
-def _along(study: Study, varied: DesignInput) -> Iterator[Change]:
+def _working_changes(study: Study, varied: DesignInput) -> Iterator[Change]:
     present = float(study.solution.device.value_of(varied))
     for values in _sides(varied, present):
         for value in _tried(values[may_work(study, varied, values)]):

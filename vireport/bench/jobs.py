@@ -109,7 +109,7 @@ class Worker:
         while not self._turn.acquire(timeout=PATIENCE / 5):
             self.drop()
         try:
-            yield from self._told(job)
+            yield from self._messages(job)
         finally:
             self._since = None
             self._turn.release()
@@ -119,11 +119,11 @@ class Worker:
         """The answer to a job that ends none before it; None where the process was ended. Raises as `answers`."""
         try:
             with self._turn:
-                return next((answer["answer"] for answer in self._told(job) if "answer" in answer), None)
+                return next((answer["answer"] for answer in self._messages(job) if "answer" in answer), None)
         finally:
             self._close_if_ended()
 
-    def _told(self, job: Job) -> Iterator[dict[str, Any]]:
+    def _messages(self, job: Job) -> Iterator[dict[str, Any]]:
         process, number = self._running(), self._count + 1
         if process is None:
             return

@@ -83,53 +83,53 @@ class Bench:
 
     Parameters
     ----------
-    known : Opened
+    session : Opened
     folder : Path
         Where scenarios and reports are saved.
     """
 
     def __init__(self, session: Opened, folder: Path) -> None:
-        self.known, self.folder = session, folder
+        self.session, self.folder = session, folder
         self.secret = secrets.token_urlsafe(24)
         self._workers: OrderedDict[str, Worker] = OrderedDict()
         self._spare: Worker | None = None
-        self._beside: Worker | None = None
+        self._margins_worker: Worker | None = None
         self._lock = threading.Lock()
 
     def begin(self) -> None:
         """Start the process of the margins, and that of the first page ahead of it."""
-        self._beside, self._spare = Worker(), Worker()
+        self._margins_worker, self._spare = Worker(), Worker()
 
     def page(self) -> bytes:
         """The HTML of the bench, with the data that it starts with."""
-        start = json_text(start_data(self.known)).replace("<", "\\u003c")
+        start = json_text(start_data(self.session)).replace("<", "\\u003c")
         template = environment_of(None, lambda value: str(escape(value))).get_template("bench/page.html.j2")
-        return template.render(title=self.known.name, start=Markup(start)).encode()
+        return template.render(title=self.session.name, start=Markup(start)).encode()
 
     def quick(self, kind: str, question: Asked) -> dict[str, Any] | None:
         """Answer what the user waits for: where a file was saved, the margins, or what is first computed."""
         if kind == "save":
-            return {"saved": str(save(self.known, question.state, question.name, self.folder))}
+            return {"saved": str(save(self.session, question.state, question.name, self.folder))}
         if kind == "margins":
-            assert self._beside is not None
-            return self._beside.answer(job_of(self.known, Aside.MARGINS, question))
+            assert self._margins_worker is not None
+            return self._margins_worker.answer(job_of(self.session, Aside.MARGINS, question))
         self._worker(question.page).drop()
-        return first(self.known, question.state)
+        return first(self.session, question.state)
 
     def slow(self, kind: Aside, question: Asked) -> Iterator[dict[str, Any]]:
         """What follows when the hand rests."""
-        yield from self._worker(question.page).answers(job_of(self.known, kind, question))
+        yield from self._worker(question.page).answers(job_of(self.session, kind, question))
 
     def report(self, question: Asked) -> Iterator[dict[str, Any]]:
         """Save a scenario, and run it as anybody else would."""
         require_new(self.folder / question.name)
-        path = save(self.known, question.state, question.name, self.folder)
+        path = save(self.session, question.state, question.name, self.folder)
         yield {"progress": f"writing the report of {path}"}
         folder = path.with_suffix("")
         command = [sys.executable, "-P", "-m", "vireport", "run", str(path), "-o", str(folder)]
         # Saved into another folder it may name records outside of that, which are those that this page may read.
-        elsewhere = realpath(self.folder) != realpath(self.known.place.folder) and names_records(load(path).scenario)
-        command += ["--allow-outside"] * (self.known.place.outside or elsewhere)
+        elsewhere = realpath(self.folder) != realpath(self.session.place.folder) and names_records(load(path).scenario)
+        command += ["--allow-outside"] * (self.session.place.outside or elsewhere)
         run = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
         if run.returncode > 1:
             yield {"answer": {"refused": [{"path": "", "message": line} for line in run.stderr.splitlines()]}}
@@ -145,7 +145,7 @@ class Bench:
 
     def end(self) -> None:
         """End the worker processes of all pages."""
-        for worker in (*self._workers.values(), *filter(None, [self._spare, self._beside])):
+        for worker in (*self._workers.values(), *filter(None, [self._spare, self._margins_worker])):
             worker.end()
 
     def _worker(self, page: str) -> Worker:
@@ -184,7 +184,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answered(self, answer: Callable[[str], None]) -> None:
         try:
-            what = self._asked()
+            what = self._requested_path()
             with self.server.place(self.connection):
                 answer(what)
         except Refused as refused:
@@ -198,7 +198,7 @@ class _Handler(BaseHTTPRequestHandler):
             with suppress(OSError):
                 self._send(HTTPStatus.INTERNAL_SERVER_ERROR, b"", "text/plain")
 
-    def _asked(self) -> str:
+    def _requested_path(self) -> str:
         """The path of a request without the secret that it begins with.
 
         Raises

@@ -45,7 +45,7 @@ class BenchWidget(anywidget.AnyWidget):
 
     def __init__(self, session: Opened) -> None:
         super().__init__(start=start_data(session))
-        self._known, self._worker, self._beside = session, Worker(), Worker()
+        self._opened, self._worker, self._margins_worker = session, Worker(), Worker()
         self.on_msg(self._heard)
 
     @property
@@ -57,31 +57,31 @@ class BenchWidget(anywidget.AnyWidget):
         ScenarioError
             Where what is set makes no scenario.
         """
-        return loaded_of(self._known, self.state)
+        return loaded_of(self._opened, self.state)
 
     def close(self) -> None:
         """End the processes that answer beside the kernel, and take the bench off the page."""
         self._worker.end()
-        self._beside.end()
+        self._margins_worker.end()
         super().close()
 
     def _heard(self, _: Any, content: dict[str, Any], buffers: Any) -> None:
         number, kind = content["number"], content["kind"]
         question = msgspec.convert(content["question"], Asked)
         if kind in set(Aside):
-            worker = self._beside if kind == Aside.MARGINS else self._worker
+            worker = self._margins_worker if kind == Aside.MARGINS else self._worker
             threading.Thread(target=self._aside, args=(worker, number, Aside(kind), question), daemon=True).start()
             return
         self._worker.drop()
         try:
-            answer = first(self._known, question.state)
+            answer = first(self._opened, question.state)
         except VireportError as error:
             answer = refusal(error)
         # As JSON that is finite: a notebook would send an infinity on, which no browser reads.
         self.send({"number": number, "answer": msgspec.json.decode(json_answer(answer))})
 
     def _aside(self, worker: Worker, number: int, kind: Aside, question: Asked) -> None:
-        job = job_of(self._known, kind, question)
+        job = job_of(self._opened, kind, question)
         with suppress(RuntimeError):  # whose traceback the process has printed
             for answer in worker.answers(job):
                 self.send({"number": number, **answer})

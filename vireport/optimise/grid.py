@@ -190,8 +190,8 @@ class DesignGrid(Struct, frozen=True, eq=False):
         """The results of a design that may be better than the best; None, too, where it does not start by itself."""
         # What does not start is told in a tenth of the time of a run, and most cells with more of the objective do not.
         # It is as far from being met as can be: it is no nearest design either, but for the first one.
-        known = self.judged.nearest is not None and self.problem.starts_by_itself
-        if not known or self.problem.starts(t) is not False:
+        may_be_skipped = self.judged.nearest is not None and self.problem.starts_by_itself
+        if not may_be_skipped or self.problem.starts(t) is not False:
             return self.judge(t)
         self.judged.count += 1
         self.judged.verdicts[t.tobytes()] = False

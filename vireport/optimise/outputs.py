@@ -146,7 +146,7 @@ def optimise_json(result: SearchResult, study: Study | None, provenance: Provena
     def data(point: JudgedDesign | None) -> SearchedDesign | None:
         return None if point is None else _data(result, point, study if point is design else point.study)
 
-    found = OptimiseData(
+    searched = OptimiseData(
         objective=problem.objective,
         sense="maximise" if problem.sign > 0 else "minimise",
         unit=problem.objective.unit,
@@ -172,7 +172,7 @@ def optimise_json(result: SearchResult, study: Study | None, provenance: Provena
             cells_elsewhere=evidence.elsewhere,
         ),
     )
-    return json_bytes(keyed(found), provenance)
+    return json_bytes(keyed(searched), provenance)
 
 
 def _data(result: SearchResult, point: JudgedDesign, study: Study | None) -> SearchedDesign:

@@ -44,10 +44,10 @@ def _over_sweeps(figure: Task, drawings: Sequence[Drawing], templates: Path | No
         _said("column", panel_letters(figure, k), [*held(drawing.study), swept_range(drawing.study)])
         for k, drawing in enumerate(drawings)
     ]
-    shown = [caption_facts(drawing.study, figure, drawing.simulated) for drawing in drawings]
+    facts_by_column = [caption_facts(drawing.study, figure, drawing.simulated) for drawing in drawings]
     texts = [
         _said("column_alt", title, alt_text(figure, facts, templates))
-        for title, facts in zip(titles, shown, strict=True)
+        for title, facts in zip(titles, facts_by_column, strict=True)
     ]
     circles = figure is not Task.FIGURE_4 and any(drawing.simulated for drawing in drawings)
     caption = _said("caption", about(figure, templates), columns, circles)

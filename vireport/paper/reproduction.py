@@ -135,8 +135,8 @@ def reproduce_paper(overrides: Sequence[str] = (), say: Progress = lambda what: 
     say("simulating the motions of Fig. 3 and 6")
     portraits = [portrait for case, study in zip(CASES, studies, strict=True) for portrait in _portraits(case, study)]
     symmetric, inclined, _, doubled = portraits
-    shown = symmetric, *_asymmetric(studies[0], compared[0]), inclined, doubled
-    return ReproducedPaper(tuple(studies), tuple(compared), tuple(portraits), shown, tuple(overrides))
+    printed = symmetric, *_asymmetric(studies[0], compared[0]), inclined, doubled
+    return ReproducedPaper(tuple(studies), tuple(compared), tuple(portraits), printed, tuple(overrides))
 
 
 def _scenario(case: PaperCase, overrides: tuple[str, ...]) -> Loaded:

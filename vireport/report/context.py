@@ -94,15 +94,15 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         lies = {0.0: "horizontal", 90.0: "upright"}.get(device.inclination_deg, "inclined")
         if sweep is not None and sweep.parameter is Parameter.INCLINATION:
             lies = "inclined"
-        return tied(self.say("opening", f"title_{lies}", *map(self._shown, (Parameter.LENGTH, Parameter.INCLINATION))))
+        return tied(self.say("opening", f"title_{lies}", *map(self._stated, (Parameter.LENGTH, Parameter.INCLINATION))))
 
     @cached_property
     def subtitle(self) -> str:
         """Title and file of the scenario, and what drives the device."""
-        driven = self.say("opening", "driven", *map(self._shown, (Parameter.AMPLITUDE, Parameter.FREQUENCY)))
+        driven = self.say("opening", "driven", *map(self._stated, (Parameter.AMPLITUDE, Parameter.FREQUENCY)))
         return subtitle(self.title, self.provenance.scenario_name, driven)
 
-    def _shown(self, parameter: Parameter) -> str:
+    def _stated(self, parameter: Parameter) -> str:
         """A parameter as text: at the design point, or without one from end to end of the sweep."""
         value, sweep = self.solution.device.value_of(parameter), self.solution.sweep
         if value is None and sweep is not None:

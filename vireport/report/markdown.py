@@ -89,8 +89,8 @@ def table(of: Table, source: str = "") -> Source:
     """Write a table with its caption and its note; lines of the scenario are linked where its address is not ""."""
 
     def link(text: str, place: str) -> str:
-        shown, line = marked(text, MARKDOWN), place.removeprefix("line-")
-        return f"[{shown}]({source}#L{line})" if source and line != place else shown
+        label, line = marked(text, MARKDOWN), place.removeprefix("line-")
+        return f"[{label}]({source}#L{line})" if source and line != place else label
 
     def written(text: str) -> str:
         return _begun(marked(text, replace(MARKDOWN, link=link)))

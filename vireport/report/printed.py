@@ -97,9 +97,9 @@ def _intervals(types: ComparedTypes, panels: str) -> Iterator[tuple[str | Said, 
     motion = f"{capital(types.family)}, Fig. 2{panels}"
     for printed, row in zip_longest(types.printed, types.intervals):
         ours, ends = (ABSENT, (ABSENT, ABSENT)) if row is None else (row.stability, (row.d_start, row.d_end))
-        shown = (end if isinstance(end, str) else rounded_text(end) for end in ends)
+        printed_ends = (end if isinstance(end, str) else rounded_text(end) for end in ends)
         outcome = _said("agrees" if row is not None and printed is ours else "cut_row")
-        yield motion, ABSENT if row is None else _interval(row), *shown, printed or ABSENT, ours, outcome
+        yield motion, ABSENT if row is None else _interval(row), *printed_ends, printed or ABSENT, ours, outcome
 
 
 def _interval(row: TableRow) -> Said:

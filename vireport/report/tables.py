@@ -91,7 +91,7 @@ class RunTables(Struct, frozen=True, eq=False):
     def _exactness(self) -> Exactness:
         return self.study.evidence.exactness
 
-    def _shown(self, *values: float | None) -> Iterator[str]:
+    def _printed(self, *values: float | None) -> Iterator[str]:
         return (rounded_text(value if value is None else float(value), self._exactness) for value in values)
 
     def inputs(self) -> Table:
@@ -121,9 +121,9 @@ class RunTables(Struct, frozen=True, eq=False):
             yield worded_table(say, "ranges", "tnntnntn", self._ranges(design), note=say("ranges_note", soft))
         if effects is not None and effects.end is not None:
             end, of_effects = effects.end, Words("effects", self.templates)
-            rows = [(say("rigid"), *self._shown(end.sweep_value), percent(end.relative and abs(end.relative)))]
+            rows = [(say("rigid"), *self._printed(end.sweep_value), percent(end.relative and abs(end.relative)))]
             rows += [
-                (capital(of_effects("effect", x, device)), *self._shown(x.value), of_effects("left", x))
+                (capital(of_effects("effect", x, device)), *self._printed(x.value), of_effects("left", x))
                 for x in effects.rows
             ]
             yield worded_table(say, "effects", "tnn", rows, end, note=say("effects_note"))
@@ -131,7 +131,7 @@ class RunTables(Struct, frozen=True, eq=False):
             rows = [
                 (str(x.order), say("none_found"), ABSENT, ABSENT)
                 if x.share is None or x.event is None
-                else (str(x.order), *self._shown(100 * x.share, x.phase_deg), x.event.words)
+                else (str(x.order), *self._printed(100 * x.share, x.phase_deg), x.event.words)
                 for x in design.distortions
             ]
             note = say("distortions_note", design.distortions[0].searched_to, device, soft)
@@ -154,7 +154,7 @@ class RunTables(Struct, frozen=True, eq=False):
             ends = zip((followed.low, followed.high), (followed.below, followed.above), followed.ends, strict=True)
             for value, event, ended_by in ends:
                 what = self._say("limit") if limited and event is Event.SWEEP_END else ended_by
-                cells += [*self._shown(value), what, _room(value, at)]
+                cells += [*self._printed(value), what, _room(value, at)]
             yield self._say("head_in_words", followed.varied), stated_text(at), *cells
 
     def _end(self, value: float, point: Point | None, at: float) -> tuple[str, str, str]:
@@ -174,25 +174,25 @@ class RunTables(Struct, frozen=True, eq=False):
             columns = (x.q, x.phi_bottom, x.phi_top, x.velocity_bottom, x.velocity_top, x.trace, x.discriminant)
             cells = zip(design.families, x.words, x.admissible_mask, *columns, strict=True)
             rows = [
-                (capital(name), word, say("yes" if admissible else "no"), *self._shown(*numbers))
+                (capital(name), word, say("yes" if admissible else "no"), *self._printed(*numbers))
                 for name, word, admissible, *numbers in cells
             ]
             if device.law is None:
-                note = say("same_determinant", device, *self._shown(determinant_of(device.restitution)))
+                note = say("same_determinant", device, *self._printed(determinant_of(device.restitution)))
             else:
-                each = zip(*by_wall(x.restitution), strict=True)
-                note = say("determinants", device.law, [say("pair", *self._shown(*pair)) for pair in each])
+                pairs = zip(*by_wall(x.restitution), strict=True)
+                note = say("determinants", device.law, [say("pair", *self._printed(*pair)) for pair in pairs])
             yield worded_table(say, "design_point", "tttnnnnnnn", rows, note=note)
         if others is not None and others.by_starts:
             note = say("on_bottom_note" if solution.on_table else "by_starts_note")
             yield self._followed("by_starts", others.by_starts, note)
         if others is not None and others.motion_from_rest is not None:
-            reached = others.motion_from_rest
-            note = say("from_rest_note", reached, *self._shown(reached.growth))
-            yield self._followed("from_rest", (reached,), note)
+            from_rest = others.motion_from_rest
+            note = say("from_rest_note", from_rest, *self._printed(from_rest.growth))
+            yield self._followed("from_rest", (from_rest,), note)
 
     def _followed(self, macro: str, motions: tuple[FollowedMotion, ...], note: str) -> Table:
-        rows = [(x.name, x.stability, *self._shown(x.low, x.high), *x.ends) for x in motions]
+        rows = [(x.name, x.stability, *self._printed(x.low, x.high), *x.ends) for x in motions]
         return worded_table(self._say, macro, "ttnntt", rows, motions[0], note=note)
 
     def critical_points(self) -> Table:
@@ -218,16 +218,16 @@ class RunTables(Struct, frozen=True, eq=False):
 
     def _state(self, critical: Point, motion: Point, phi_top: float) -> Iterator[str]:
         """Where a critical point is and how well that is known, or where it is with soft membranes; and its motion."""
-        closed, own = motion.closed, self.study.own_stiffness
+        closed, soft = motion.closed, self.study.own_stiffness
         velocities = (0.0 if abs(x) < NOTHING else x for x in (closed.velocity_bottom, closed.velocity_top))
-        yield from self._shown(critical.sweep_value)
-        if own is None:
+        yield from self._printed(critical.sweep_value)
+        if soft is None:
             yield error_bound(critical.error_bound)
-        elif (end := own.end_of(self.study.solution.parameter, critical)) is not None and end.compliant is not None:
-            yield from self._shown(end.compliant)
+        elif (end := soft.end_of(self.study.solution.parameter, critical)) is not None and end.compliant is not None:
+            yield from self._printed(end.compliant)
         else:
             yield ABSENT if end is None or end.absence is None else end.absence.missing
-        yield from self._shown(critical.d, 0.5 + closed.u, closed.phi_bottom, phi_top, *velocities)
+        yield from self._printed(critical.d, 0.5 + closed.u, closed.phi_bottom, phi_top, *velocities)
 
     def voltages(self) -> Iterator[Table]:
         """Voltages of the stable motions, what the ball mass does to them, and the energy that they convert."""
@@ -242,8 +242,8 @@ class RunTables(Struct, frozen=True, eq=False):
         say, rows, name = self._say, [], unmarked(PurePath(self.study.loaded.document.name).name)
         for x in self.study.criteria:
             numbers = map(self._set, (x.limit.text, x.outcome.text, x.margin_text or ABSENT))
-            title, met = f"[{self._set(x.title)}]{{#requirement-{x.key}}}", say("met" if x.passed else "not_met")
-            rows.append((title, met, *numbers, say("stated", x, name)))
+            title, verdict = f"[{self._set(x.title)}]{{#requirement-{x.key}}}", say("met" if x.passed else "not_met")
+            rows.append((title, verdict, *numbers, say("stated", x, name)))
         return worded_table(say, "requirements", "tttttt", rows, note=say("requirements_note"))
 
     def remarks(self) -> Table:

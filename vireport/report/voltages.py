@@ -43,13 +43,13 @@ def voltage_tables(solution: Solution, exactness: Exactness, say: Words) -> Iter
     if membrane is None or not stable:
         return
 
-    def shown(value: float, power: int = 0) -> str:
+    def text(value: float, power: int = 0) -> str:
         return rounded_text(float(value), exactness, power)
 
     gains = [_gains(place, membrane) for place in stable]
     unit, power = _unit(max(volts for bottom, top, *_ in gains for volts in (bottom, top)))
     rows = [
-        (capital(name), swept, *map(shown, state), *(shown(volts, power) for volts in gain[:3]), shown(gain[3], 3))
+        (capital(name), swept, *map(text, state), *(text(volts, power) for volts in gain[:3]), text(gain[3], 3))
         for (name, swept, *state), gain in zip(stable, gains, strict=True)
     ]
     note = say("voltages_note", membrane)
@@ -60,7 +60,7 @@ def voltage_tables(solution: Solution, exactness: Exactness, say: Words) -> Iter
     effects = [(*ball, *_gains(stable[0], replace(membrane, ball_mass_kg=ball[1]))[2:]) for ball in balls]
     unit, power = _unit(max(average for *_, average, _ in effects))
     rows = [
-        (name, stated_text(1e3 * mass), shown(depth, 3), shown(depth / membrane.active_radius_m), shown(average, power))
+        (name, stated_text(1e3 * mass), text(depth, 3), text(depth / membrane.active_radius_m), text(average, power))
         for name, mass, average, depth in effects
     ]
     note = say("masses_note", membrane.exponent, solution.device.recoils)
@@ -71,7 +71,7 @@ def voltage_tables(solution: Solution, exactness: Exactness, say: Words) -> Iter
         x, powers = design.conversion_by_motion, (3, 3, 0, 2, 2)
         field = x.field_v_m / dielectric.breakdown_field_v_m
         columns = np.array([x.energy_bottom_j, x.energy_top_j, x.power_mw, x.efficiency, field])
-        rows = [tuple(map(shown, column, powers)) for column in columns.T[design.motions.stable_mask]]
+        rows = [tuple(map(text, column, powers)) for column in columns.T[design.motions.stable_mask]]
         if rows:
             yield worded_table(say, "energy", "nnnnn", rows, note=say("energy_note"))
 

@@ -312,8 +312,8 @@ def _missing(tree: _Tree, varied: Collection[str | None]) -> Iterator[Finding]:
 
 def _restitutions(tree: _Tree) -> Iterator[Finding]:
     """There is one restitution of both membranes, or one of each."""
-    both, *each = (f"device.{name}" for name in ("restitution", *RESTITUTIONS))
-    stated = [path for path in each if not tree.absent(path)]
+    both, *of_walls = (f"device.{name}" for name in ("restitution", *RESTITUTIONS))
+    stated = [path for path in of_walls if not tree.absent(path)]
     if not isinstance(tree.at("device"), dict):
         return
     if not stated and tree.absent(both):
@@ -324,10 +324,10 @@ def _restitutions(tree: _Tree) -> Iterator[Finding]:
         elif len(stated) == 1:
             missing = next(name for name in RESTITUTIONS if not path.endswith(name))
             yield _rule(path, f"{missing} is not given ({RESTITUTION_ALLOWED})")
-    bottom, top = map(tree.number, each)
+    bottom, top = map(tree.number, of_walls)
     if bottom is not None and top is not None and 0 < abs(bottom - top) < NEAREST_RESTITUTIONS:
         allowed = f"equal ones, or {NEAREST_RESTITUTIONS:g} apart at least"
-        yield _rule(each[1], f"got {top!r}, which is {bottom!r} at the bottom but for rounding ({allowed})")
+        yield _rule(of_walls[1], f"got {top!r}, which is {bottom!r} at the bottom but for rounding ({allowed})")
 
 
 def _harmonics(tree: _Tree) -> Iterator[Finding]:

@@ -53,7 +53,7 @@ class Earlier(Struct, frozen=True):
     @property
     def file(self) -> str:
         """Name of the file for messages."""
-        return _shown(self.path)
+        return _printable(self.path)
 
     def loaded(self, overrides: Sequence[str] = (), allow_outside: bool = False) -> Loaded:
         """The scenario of the run, with more set over it; records that it names are beside the file.
@@ -98,7 +98,7 @@ def read_earlier(path: str) -> Earlier:
     UsageError
         Where the file cannot be read, or is none of a run of one scenario with its results.
     """
-    file, data = _shown(path), _contents(path)
+    file, data = _printable(path), _contents(path)
     if data.startswith(b"%PDF-"):
         return _carried(path, *_of_pdf(data, file))
     if data.lstrip().startswith(b"<"):
@@ -123,19 +123,19 @@ def _contents(path: str) -> bytes:
             with open(path, "rb") as file:
                 data = file.read(LARGEST + 1)
     except OSError as error:
-        raise UsageError(f"{_shown(path)}: cannot be read ({error.strerror})") from error
+        raise UsageError(f"{_printable(path)}: cannot be read ({error.strerror})") from error
     if len(data) > LARGEST:
-        raise UsageError(f"{_shown(path)}: is larger than {LARGEST >> 20} MiB, and neither {WHAT}")
+        raise UsageError(f"{_printable(path)}: is larger than {LARGEST >> 20} MiB, and neither {WHAT}")
     return data
 
 
-def _shown(path: str) -> str:
+def _printable(path: str) -> str:
     return "standard input" if path == "-" else visible(path)
 
 
 def _carried(path: str, scenario: bytes, text: bytes) -> Earlier:
     """An earlier run from the scenario and the results that a report carries, as JSON."""
-    file = _shown(path)
+    file = _printable(path)
     if not scenario or not text:
         raise UsageError(
             f"{file}: carries no scenario with its results (a report of 'vireport run' does, of this version or "

@@ -459,8 +459,8 @@ def _with_motions(study: Study, block: MotionsBlock, say: Progress) -> Study:
         low, high = map(float, sweep.coordinate_range)
         starts.append(motions_of(word, model_of(sweep, ARRAYS), low, high, coordinate))
     limits = Limits(block.impacts, block.periods)
-    found = chain(_on_table(study.solution, sweep), _simulated(study, sweep))
-    families = atlas(sweep, limits, chain(chain.from_iterable(starts), found), say)
+    guesses = chain(_on_table(study.solution, sweep), _simulated(study, sweep))
+    families = atlas(sweep, limits, chain(chain.from_iterable(starts), guesses), say)
     _require_motions(study.loaded, block, starts, families)
     return replace(study, atlas=families)
 

@@ -120,7 +120,7 @@ def apart(values: Sequence[float], error: float | Exactness = OF_A_MODEL, power:
     >>> apart([3, 5.349243789]), apart([5.482549321, 5.482550456])
     (['3', '5.35'], ['5.482549', '5.482550'])
     """
-    return [rounded_text(value, each, power) for value, each in zip(values, errors_apart(values, error), strict=True)]
+    return [rounded_text(value, fine, power) for value, fine in zip(values, errors_apart(values, error), strict=True)]
 
 
 def measured(value: float, standard_error: float) -> str:

@@ -107,8 +107,8 @@ def patterns(file: str, templates: Path | None = None) -> Mapping[str, str]:
 
 @cache
 def _ours(file: str) -> dict[str, str]:
-    own = next(path for root in ROOTS if (path := root / _path(file)).exists())
-    read: dict[str, str] = json.loads(own.read_text(encoding="utf-8"))
+    path_of_ours = next(path for root in ROOTS if (path := root / _path(file)).exists())
+    read: dict[str, str] = json.loads(path_of_ours.read_text(encoding="utf-8"))
     return read
 
 

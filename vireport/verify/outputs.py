@@ -91,13 +91,13 @@ def _findings() -> Iterator[AddedFinding[Any]]:
 def _errors(work: WorkPrecision) -> Iterator[tuple[str, float]]:
     """The largest error of each quantity of which the closed form and the whole sweep leave one."""
     for quantity in work.quantities:
-        reached = [
+        errors = [
             runs[-1].errors[quantity.key]
             for name in (CLOSED, WHOLE)
             if (runs := [run for run in work.runs_of(name, quantity.task) if run.errors])
         ]
-        if reached:
-            yield quantity.key, max(reached)
+        if errors:
+            yield quantity.key, max(errors)
 
 
 def _soft_membranes(study: Study) -> Iterator[Statement]:

@@ -115,14 +115,14 @@ def error_facts(work: WorkPrecision, templates: Path | None = None) -> dict[str,
     """What the diagram shows, for its words: its panels, and the time to an accuracy and the least error of methods."""
     methods = []
     for name in METHOD_NAMES:
-        reached = []
+        best_runs = []
         for task in work.tasks:
             best = work.best(name, task, ACCURACIES[0])
             good = [run.error for run in work.runs if (run.method, run.task) == (name, task) and not run.failed]
             if good:
-                reached.append((task_name(work, task, templates), seconds(best.seconds) if best else "", min(good)))
-        if reached:
-            methods.append((name, reached))
+                best_runs.append((task_name(work, task, templates), seconds(best.seconds) if best else "", min(good)))
+        if best_runs:
+            methods.append((name, best_runs))
     return {
         "panels": [(letter_of(k), _error_of(work, quantity.key)) for k, quantity in enumerate(work.quantities)],
         "smallest": power(SMALLEST),

@@ -197,20 +197,20 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
         def rate(t: float, y: Any) -> tuple[float, float]:
             return y[1], -wall * (g + cos(pi * t + phase))
 
-        def reached(t: float, y: Any) -> float:
+        def arrived(t: float, y: Any) -> float:
             return float(y[0] - d)
 
         def returned(t: float, y: Any) -> float:
             return float(y[0])
 
-        for event, direction in ((reached, 1), (returned, -1)):
+        for event, direction in ((arrived, 1), (returned, -1)):
             event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
         run = solve_ivp(
             rate,
             (0.0, PERIODS * 2 * model.n),
             [0.0, -wall * model.groups.after(wall, velocity)],
             method=name,
-            events=(reached, returned),
+            events=(arrived, returned),
             rtol=tolerance,
             atol=tolerance,
             **options,

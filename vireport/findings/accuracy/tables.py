@@ -118,8 +118,8 @@ def _reference_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
     for quantity in work.quantities:
         errors = []
         for name in (CLOSED, WHOLE):
-            reached = [run.errors[quantity.key] for run in work.runs_of(name, quantity.task) if run.errors]
-            errors.append(power(reached[-1]) if reached else ABSENT)
+            errors_by_run = [run.errors[quantity.key] for run in work.runs_of(name, quantity.task) if run.errors]
+            errors.append(power(errors_by_run[-1]) if errors_by_run else ABSENT)
         yield (say("quantity", quantity.key, point, swept), quantity.reference, *errors)
 
 
@@ -180,8 +180,8 @@ def _factor_rows(work: WorkPrecision, say: Words) -> Iterator[Row]:
         cells = []
         for (task, accuracy), time in fastest.items():
             best = work.best(name, task, accuracy)
-            reached = best is not None and best.seconds is not None and isfinite(time)
-            cells.append(factor(best.seconds.median / time) if reached else ABSENT)  # type: ignore[union-attr]
+            timed = best is not None and best.seconds is not None and isfinite(time)
+            cells.append(factor(best.seconds.median / time) if timed else ABSENT)  # type: ignore[union-attr]
             if not work.runs_of(name, task):
                 cells[-1] = not_tried
         if set(cells) != {not_tried}:

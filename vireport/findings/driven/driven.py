@@ -271,9 +271,9 @@ def _counted(
     period = np.clip(((times - first) / span).astype(int), 0, periods - 1)
     # A part is so many periods; those that are left over are at the beginning.
     parts = max(parts_of(periods), 1)
-    each = periods // parts
-    part = (period - (periods - parts * each)) // each
-    length = np.full(parts, each * span / rate)
+    periods_per_part = periods // parts
+    part = (period - (periods - parts * periods_per_part)) // periods_per_part
+    length = np.full(parts, periods_per_part * span / rate)
     velocity_unit = float(device.velocity_unit(Parameter.LENGTH, device.length_m))
     speeds = np.abs(counted_rows[:, VELOCITY]) * velocity_unit
 

@@ -213,8 +213,8 @@ def _both_kinds(solution: Solution, switched_on: SwitchedOn, atlas: Atlas | None
         for _, motion in atlas.at(design.value):
             if is_smooth(motion) and all(motion.distance(earlier) > SAME for earlier in stable):
                 add(unstable, motion)
-    reached = (switched_on.motion_from_rest,) if switched_on.motion_from_rest is not None else ()
-    for followed in (*reached, *switched_on.by_starts):
+    from_rest = (switched_on.motion_from_rest,) if switched_on.motion_from_rest is not None else ()
+    for followed in (*from_rest, *switched_on.by_starts):
         add(stable, followed.motion)
     return stable, unstable
 

@@ -289,7 +289,7 @@ class Recogniser:
 
     def __call__(self, rows: Floats) -> Ints:
         """Index of the outcome of each start, after learning motions that were not known."""
-        outcome = self._known(rows)
+        outcome = self._outcomes(rows)
         for _ in range(REPRESENTATIVES):
             unknown = np.flatnonzero(outcome == Elsewhere.UNKNOWN)
             if not len(unknown):
@@ -301,13 +301,13 @@ class Recogniser:
                 outcome[unknown[0]] = self._at(Elsewhere.UNKNOWN, rows[unknown[0]], attractor)
                 continue
             self._learn(cycle.motion(self.groups.d), attractor)
-            outcome[unknown] = self._known(rows[unknown])
+            outcome[unknown] = self._outcomes(rows[unknown])
         rest = outcome == Elsewhere.UNKNOWN
         if rest.any():
             outcome[rest] = self._at(Elsewhere.UNKNOWN, rows[rest][0])
         return outcome
 
-    def _known(self, rows: Floats) -> Ints:
+    def _outcomes(self, rows: Floats) -> Ints:
         ends = endings(self.groups, rows, self.cores)
         # Ends below zero are kinds, not places: without a motion known before there is no place at all.
         outcome = np.where(ends >= 0, np.array([*self.place, Elsewhere.UNKNOWN])[np.maximum(ends, 0)], ends)

@@ -132,11 +132,11 @@ def _no_stable_motion(results: Evidence) -> Iterator[Sentence]:
         disturbances = results.switched_on
         if disturbances is not None and disturbances.sampled:
             swept = results.solution.parameter
-            each = [
+            starts = [
                 Sentence("each", {"symbol": swept.symbol, "value": swept.stated(x.start), "motion": x.outcome.name})
                 for x in disturbances.sampled
             ]
-            yield Sentence("from_rest", {"each": each})
+            yield Sentence("from_rest", {"each": starts})
             blocks = dict.fromkeys(_block_for(end, results) for end in results.from_rest_along)
             if missing := [Sentence("block", {"block": block}) for block in blocks if block is not None]:
                 yield Sentence("shown_by", {"blocks": missing})

@@ -121,15 +121,15 @@ def at_design(results: Evidence) -> Impacts:
     solution, design = results.solution, results.design
     motions, bounds = design.motions, cast(dict[str, Floats], solution.bounds.design)
 
-    def known(values: Any, name: str) -> Rounded:
+    def bounded(values: Any, name: str) -> Rounded:
         return Rounded(values[motions.stable_mask], bounds[name][motions.stable_mask])
 
-    def all_known(record: Any) -> Any:
+    def all_bounded(record: Any) -> Any:
         names = record.__struct_fields__
-        return type(record)(*(known(getattr(record, name), name) for name in names))
+        return type(record)(*(bounded(getattr(record, name), name) for name in names))
 
-    volts = None if design.voltages_by_motion is None else all_known(design.voltages_by_motion)
-    converted = None if design.conversion_by_motion is None else all_known(design.conversion_by_motion)
+    volts = None if design.voltages_by_motion is None else all_bounded(design.voltages_by_motion)
+    converted = None if design.conversion_by_motion is None else all_bounded(design.conversion_by_motion)
     return impacts_of(volts, converted, solution.membrane)
 
 
@@ -152,18 +152,18 @@ def followed(results: Evidence) -> Iterator[tuple[Family, Impacts]]:
 
 
 def _followed(speeds: Floats, membrane: Membrane | None, restitution: Floats, period_s: float) -> Impacts:
-    def known(value: Any) -> Rounded:
+    def bounded(value: Any) -> Rounded:
         return Rounded(float(value), FOLLOWED_ERROR * float(value))
 
     if membrane is None:
         return Impacts()
     gains, deepest = generated_voltage(speeds, membrane), deflection(speeds, membrane).max()
     of_membrane = membrane.active_radius_m, membrane.bias_voltage_v
-    gained = tuple(map(known, gains)), known(gains.mean()), known(deepest), *of_membrane
+    gained = tuple(map(bounded, gains)), bounded(gains.mean()), bounded(deepest), *of_membrane
     if (dielectric := membrane.dielectric) is None:
         return Impacts(*gained)
     converted = conversion_of_word(Strikes(gains, speeds, restitution), membrane, dielectric, period_s)
-    power, efficiency, field = map(known, converted)
+    power, efficiency, field = map(bounded, converted)
     return Impacts(*gained, power, efficiency, field, dielectric.breakdown_field_v_m)
 
 

@@ -220,8 +220,8 @@ def _running(verdict: Verdict) -> str:
     """How the device runs, in the words with which most sentences begin."""
     if verdict.evidence.solution.design is None:
         return "runs_somewhere"
-    known = verdict.from_rest is not None and verdict.from_rest.data.from_rest is not None
-    return "runs_by_itself" if known and verdict.evidence.is_reached_from_rest else "runs"
+    followed = verdict.from_rest is not None and verdict.from_rest.data.from_rest is not None
+    return "runs_by_itself" if followed and verdict.evidence.is_reached_from_rest else "runs"
 
 
 def _facts(verdict: Verdict, alerts: Iterable[Alert], again: Reproduction | None) -> Iterator[Statement]:

@@ -342,16 +342,16 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
     if not names:
         raise NumericalError(Remark.NO_MOTION.said())
     why = [Remark.NOT_ALLOWED.said(motions=", ".join(others))] if others else []
-    end, reached = results.from_rest, results.is_reached_from_rest
+    end, starts_by_itself = results.from_rest, results.is_reached_from_rest
     if end is not None:
         settles = Remark.REACHES if end.settles_after is None else Remark.REACHES_AFTER
-        why.append((settles if reached else Remark.COMES_TO).said(motion=end.name, periods=end.settles_after))
+        why.append((settles if starts_by_itself else Remark.COMES_TO).said(motion=end.name, periods=end.settles_after))
     if (starts := _share_of_starts(results)) is not None:
         # Not of what the device comes to: of the words that are required.
-        share = Remark.STARTS_TOO if reached else Remark.STARTS_TO
+        share = Remark.STARTS_TOO if starts_by_itself else Remark.STARTS_TO
         why.append(share.said(words=" or ".join(limit.words), starts=starts))
     remark = Remark.TOGETHER.said(remarks=why) if why else ""
-    return Judgement(None, ", ".join(names), None, reached and not others, remark)
+    return Judgement(None, ", ".join(names), None, starts_by_itself and not others, remark)
 
 
 def _share_of_starts(results: Evidence) -> Phrase | None:
