@@ -9,11 +9,12 @@ from vireport.base.records import plain
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import PageSettings, file_names
 from vireport.paper.opening import paper_opening
-from vireport.paper.reproduction import ReproducedPaper
+from vireport.paper.reproduction import ReproducedPaper, reproduce_paper
 from vireport.paper.results import paper_data
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of_several, with_pages
 from vireport.study.results import json_bytes
+from vireport.text.tables import plain_text
 
 PAPER_FOLDER = Path("paper")
 """Folder within the current one that the report is written to by default."""
@@ -64,9 +65,7 @@ def paper_outcome(
 
 def validation_outcome(templates: Path | None, say: Progress) -> CommandOutcome:
     """What the paper and others have published beside what is computed here, as a table; misprints do not count."""
-    from vireport.paper.reproduction import reproduce_paper
     from vireport.paper.validation import paper_rows, validate, validation_table
-    from vireport.text.tables import plain_text
 
     others = validate(say)
     table = validation_table([*paper_rows(reproduce_paper((), say)), *others], templates)

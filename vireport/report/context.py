@@ -37,6 +37,7 @@ from vireport.study.provenance import Provenance
 from vireport.study.study import Study, results
 from vireport.text.formatting import Exactness, exact, subtitle, tied
 from vireport.text.tables import Table
+from vireport.text.templates import Words
 
 if TYPE_CHECKING:
     from vireport.figures.style import Picture
@@ -138,8 +139,6 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     def say(self, words: str, macro: str, *values: Any) -> str:
         """What a macro of a file of words says of what it is given, with marks for `rich`."""
-        from vireport.text.templates import Words
-
         return Words(words, self.templates)(macro, *values)
 
     def added_sections(self, within: str = "") -> list[str]:

@@ -31,6 +31,7 @@ from vireport.study.families import families_data, motions_data
 from vireport.study.judging.alerts import LONG_CONTACT, Alert, alerts
 from vireport.study.judging.evidence import Criterion, Evidence, unmet_criteria
 from vireport.study.judging.findings import findings, with_results
+from vireport.study.judging.least_margin import LimitedBy, margin_to_use
 from vireport.study.plan import (
     FORMATS,
     Plan,
@@ -165,8 +166,6 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def _margin_to_use(self) -> MarginToUseData | None:
-        from vireport.study.judging.least_margin import LimitedBy, margin_to_use
-
         use, on_bottom = margin_to_use(self.evidence), self.evidence.ends_on_bottom
         if on_bottom:
             end = on_bottom[0]

@@ -27,6 +27,7 @@ from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.findings import with_results
+from vireport.study.judging.impacts import other_motions
 from vireport.study.judging.stretch import (
     DEMONSTRATED,
     STATED_FIELD_V_M,
@@ -301,8 +302,6 @@ def _no_amplitude(results: Evidence) -> Iterator[Sentence]:
 
 
 def _breakdown(results: Evidence) -> Iterator[Sentence]:
-    from vireport.study.judging.impacts import other_motions
-
     design, membrane = results.solution.design, results.solution.membrane
     if design is None or design.conversion_by_motion is None or membrane is None or membrane.dielectric is None:
         return
@@ -314,8 +313,6 @@ def _breakdown(results: Evidence) -> Iterator[Sentence]:
 
 
 def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
-    from vireport.study.judging.impacts import other_motions
-
     design = results.solution.design
     if design is None or design.conversion_by_motion is None:
         return

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
 from vireport.base.records import brief, plain
+from vireport.design.followed import followed_on_bottom, motion_ends
 from vireport.design.point import DesignPoint
 from vireport.design.sensitivity import contact_share
 from vireport.design.solution import Solution
@@ -262,8 +263,6 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         design = self.solution.design
         if design is None or not self.solution.on_table:
             return ()
-        from vireport.design.followed import followed_on_bottom
-
         motions = [] if self.motion_from_rest is None else [self.motion_from_rest.motion]
         if not motions:
             motions = [] if self.atlas is None else [motion for _, motion in self.atlas.stable_at(design.value)]
@@ -275,8 +274,6 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     @property
     def ends_on_bottom(self) -> list[MotionEnd]:
         """Where the motion of `bottom` ends, in any input, nearest first."""
-        from vireport.design.followed import motion_ends
-
         return motion_ends(self.solution.device, self.bottom)
 
     @property

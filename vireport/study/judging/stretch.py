@@ -9,6 +9,7 @@ from vireport.design.sensitivity import contact_share
 from vireport.physics.energy import MembraneStretch, impact_speed, stretch_of
 from vireport.physics.groups import by_wall
 from vireport.study.judging.evidence import Evidence
+from vireport.study.judging.impacts import followed
 from vireport.text.alerts import Severity
 
 DEMONSTRATED = 5.9
@@ -25,8 +26,6 @@ def stretch_at_design(results: Evidence) -> MembraneStretch | None:
 
     At the design point, or without one over the sweep; None where no stable motion or no ball mass is known.
     """
-    from vireport.study.judging.impacts import followed
-
     solution = results.solution
     if solution.membrane is None or solution.stretch is not None or results.atlas is None:
         return solution.stretch

@@ -25,6 +25,7 @@ from vireport.scenario.parameters import DRIVING, DesignInput, Parameter
 from vireport.study.judging.alerts import is_near_critical
 from vireport.study.judging.evidence import Criterion, Evidence, unmet_criteria
 from vireport.study.judging.findings import findings, with_results
+from vireport.study.judging.impacts import other_motions
 from vireport.study.judging.least_margin import MarginToUse, margin_to_use
 from vireport.study.judging.stretch import severity_of
 from vireport.text.alerts import Severity
@@ -554,8 +555,6 @@ def _of_other_motions(evidence: Evidence) -> Conclusion | None:
     """What no device can have, but another stable motion of the design point would: that is no better of any word."""
     if evidence.atlas is None:
         return None
-    from vireport.study.judging.impacts import other_motions
-
     others = [impacts for _, impacts in other_motions(evidence)]
     if any(impacts.efficiency.value > 1 for impacts in others):
         return Conclusion.MORE_ENERGY_THAN_LOST
