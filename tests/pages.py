@@ -190,11 +190,11 @@ def _keep(name: str, said: Sequence[str], part: str) -> None:
     file.write_text(text, encoding="utf-8")
 
 
-def render_html(report: AnyReport, templates: Path | None = None) -> bytes:
+def render_html(report: AnyReport) -> bytes:
     """The page of a report."""
-    return render_files(report, {"html"}, templates)["report.html"]
+    return render_files(report, {"html"})["report.html"]
 
 
-def render_pdf(report: AnyReport, templates: Path | None = None) -> bytes:
+def render_pdf(report: AnyReport) -> bytes:
     """The PDF of a report."""
-    return render_files(report, {"pdf"}, templates)["report.pdf"]
+    return render_files(report, {"pdf"})["report.pdf"]

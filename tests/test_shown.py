@@ -347,7 +347,7 @@ def test_speeds_of_starts_that_are_alike_in_all_scenarios_are_told_where_they_di
     speeds = replace(check, start_speed=np.linspace(1.234, 2.346, len(check.start_speed)))
     of = replace(simulated, crosscheck=speeds)
     report = Report(of, {}, provenance_of(of.loaded, "vireport run x.yaml --quiet"))
-    assert "uniform up to 1.23 to 2.35 of the unit" in plain(re.sub(r'#?"([^"]*)";?', r"\1", fill(report, None)))
+    assert "uniform up to 1.23 to 2.35 of the unit" in plain(re.sub(r'#?"([^"]*)";?', r"\1", fill(report)))
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ def outputs_of_a_run(study: Study) -> Iterator[tuple[str, str]]:
     page = Page(render_html(report))
     yield "HTML", page.text
     yield "captions", " ".join(f"{picture.caption} {picture.alt}" for picture in drawn.values())
-    yield "Markdown", fill_markdown(replace(report, template="summary.md.j2"), None)
+    yield "Markdown", fill_markdown(replace(report, template="summary.md.j2"))
     yield "JUnit", junit(study).decode()
     yield "annotations", github(study)
     yield "terminal", " ".join(study.opening.worded().text)

@@ -292,7 +292,7 @@ def test_a_comparison_opens_with_a_sentence_and_the_tables_are_told_where_they_a
     assert first.strip().splitlines() == varied.opening.worded().lines
     assert "quantities differ:" in rest
     page = ComparisonReport(varied, {}, comparison_provenance(varied, ""), None, "comparison-summary.md.j2")
-    assert "Not stable: inclination 60°." in render_markdown(page, None).decode()
+    assert "Not stable: inclination 60°." in render_markdown(page).decode()
 
 
 @pytest.mark.parametrize(

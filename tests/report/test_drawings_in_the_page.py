@@ -64,7 +64,7 @@ class Pictures(dict[str, Picture]):
 def test_the_figures_of_a_report_are_let_go_with_it(study_of) -> None:
     study = study_of("inclined")
     report = Report(study, Pictures(), provenance_of(study.loaded, "vireport run test.yaml"))
-    assert fill(report, None)
+    assert fill(report)
     held = weakref.ref(report.pictures)
     del report
     gc.collect()

@@ -24,7 +24,7 @@ TEXTS = "{{ report.text }}\n\nOf {{ report.text }}\n\n| x |\n| --- |\n| {{ repor
 @pytest.mark.parametrize("text", ["# a", "1. a", "2) a", "- a", "+ a", "*a*", "_a_ `b`", "[a](b)", "a | b", "<i>$x$"])
 def test_text_is_no_markup(text: str, tmp_path: Path) -> None:
     (tmp_path / "summary.md.j2").write_text(TEXTS)
-    shown = PARSER.render(fill_markdown(SimpleNamespace(template="summary.md.j2", text=text), tmp_path))
+    shown = PARSER.render(fill_markdown(SimpleNamespace(template="summary.md.j2", text=text, templates=tmp_path)))
     inert = text.replace("<", "&lt;").replace(">", "&gt;")
     for part in (f"<p>{inert}</p>", f"<p>Of {inert}</p>", f"<td>{inert}</td>"):
         assert part in shown
@@ -34,8 +34,8 @@ def test_marks_of_our_own_words_are_set_and_what_is_within_them_is_text(tmp_path
     (tmp_path / "summary.md.j2").write_text("{{ report.text | rich }}\n\n{{ report.table | table }}\n")
     text = "1. *d* and *r_top* of **all `a`**, [B1 < 2](point-B1), U_ave, @figure-2 and @a/b"
     rows = Table("Of *d* | <b>", numbers("U_ave"), (("*q* | <i>",),), "Note of *d*")
-    report = SimpleNamespace(template="summary.md.j2", text=text, table=rows)
-    shown = PARSER.render(fill_markdown(report, tmp_path))
+    report = SimpleNamespace(template="summary.md.j2", text=text, table=rows, templates=tmp_path)
+    shown = PARSER.render(fill_markdown(report))
     u_ave = "<em>U</em><sub>ave</sub>"
     said = f"<p>1. <em>d</em> and <em>r_top</em> of <strong>all `a`</strong>, B1 &lt; 2, {u_ave}, figure-2 and @a/b</p>"
     assert said in shown.replace("\u2060", "")

@@ -353,7 +353,7 @@ def test_a_real_report_is_small(study_of) -> None:
 
 def test_a_users_templates_win_file_by_file(model, tmp_path: Path) -> None:
     (tmp_path / "_style.css").write_text("body { color: rebeccapurple }")
-    html = render_html(model("design-point"), tmp_path)
+    html = render_html(replace(model("design-point"), templates=tmp_path))
     assert b"rebeccapurple" in html
     assert b"--good-back" not in html
     assert b"<h2" in html
@@ -369,10 +369,10 @@ def test_a_user_rewords_reorders_drops_and_adds_sections(model, tmp_path: Path) 
     master = [f'{{% include "sections/{name}.typ.j2" %}}' for name in names]
     head = ['{% import "_macros.typ.j2" as macros %}', '{% include "_page.typ.j2" %}']
     (tmp_path / "report.typ.j2").write_text("\n".join([*head, *master]))
-    page = Page(render_html(model("design-point"), tmp_path))
+    page = Page(render_html(replace(model("design-point"), templates=tmp_path)))
     assert page.headings == ["Our part", "Mind this", "Inputs"]
     assert "Length: 700 mm" in page.text
-    pdf = PdfReader(BytesIO(render_pdf(model("design-point"), tmp_path)))
+    pdf = PdfReader(BytesIO(render_pdf(replace(model("design-point"), templates=tmp_path))))
     assert "Our part Length: 700 mm Mind this 3 alerts." in tidy(pdf.pages[0].extract_text())
 
 
@@ -383,14 +383,14 @@ def test_text_is_inert_wherever_a_template_has_it(example, tmp_path: Path) -> No
         "// {{ report.title }}\n/* {{ report.title }} */ #let x = {{ report.title | string }}\n"
         "= {{ report.title }}\n*{{ report.title }}* $ {{ report.title }} $ #x"
     )
-    assert Page(render_html(model_of(study, ()), tmp_path)).text.count(title) == 4
+    assert Page(render_html(replace(model_of(study, ()), templates=tmp_path))).text.count(title) == 4
 
 
 @pytest.mark.parametrize("render", [render_html, render_pdf])
 def test_a_mistake_in_typst_is_shown_without_our_folders(render, model, tmp_path: Path) -> None:
     (tmp_path / "report.typ.j2").write_text("= Head\n\n#nonsense(1)\n" + "x" * 400)
     with pytest.raises(RenderError, match="unknown variable: nonsense") as caught:
-        render(model("design-point"), tmp_path)
+        render(replace(model("design-point"), templates=tmp_path))
     message = str(caught.value)
     assert "report.typ.j2:3" in message
     assert "/tmp" not in message
@@ -401,7 +401,7 @@ def test_a_mistake_in_typst_is_shown_without_our_folders(render, model, tmp_path
 def test_a_missing_folder_of_templates(model, tmp_path: Path) -> None:
     for render in (render_html, render_pdf):
         with pytest.raises(UsageError, match="no such folder of templates"):
-            render(model("design-point"), tmp_path / "nowhere")
+            render(replace(model("design-point"), templates=tmp_path / "nowhere"))
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 from pages import render_html
 
 from vireport import analyse, load
@@ -56,7 +57,7 @@ def test_a_template_that_fails_is_named_with_its_line(mistake: str, report: Repo
     file.parent.mkdir(exist_ok=True)
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(RenderError) as caught:
-        render_html(report, tmp_path)
+        render_html(replace(report, templates=tmp_path))
     assert str(caught.value).startswith(message)
     assert "filled" not in str(caught.value)
     assert caught.value.exit_code == 3

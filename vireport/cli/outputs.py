@@ -198,9 +198,7 @@ def run_files(
         drawn = {picture.name: replace(picture, recorded=picture.name in pixels) for picture in pictures}
         report = Report(study, drawn, origin, beyond.changes, beyond.search, templates, opens=beyond.opens)
         drawn_in = {task for task in NAMES if plan.runs(task)}
-        files |= render_files(
-            report, drawn_in, templates, pages.paper, lambda: _data_files(study, provenance), on_pages
-        )
+        files |= render_files(report, drawn_in, pages.paper, lambda: _data_files(study, provenance), on_pages)
     else:
         files |= _data_files(study, provenance)
     if plan.runs(Task.JUNIT):
@@ -212,7 +210,7 @@ def run_files(
         from vireport.report.rendering import render_markdown
 
         summary = Report(study, {}, provenance, beyond.changes, templates=templates, template="summary.md.j2")
-        files["summary.md"] = render_markdown(summary, templates)
+        files["summary.md"] = render_markdown(summary)
     return files
 
 

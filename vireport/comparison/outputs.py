@@ -89,7 +89,7 @@ def render_comparison(comparison: Comparison, command: str, pages: PageSettings,
 
         origin = with_pages(provenance, drawn=bool(drawn)) if formats & {"html", "pdf"} else provenance
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin, templates)
-        files |= render_files(report, formats, templates, pages.paper)
+        files |= render_files(report, formats, pages.paper)
     if "json" in formats:
         files["compare.json"] = compare_json(comparison, provenance, templates)
     if "csv" in formats:
@@ -99,7 +99,7 @@ def render_comparison(comparison: Comparison, command: str, pages: PageSettings,
         from vireport.report.rendering import render_markdown
 
         report = ComparisonReport(comparison, {}, provenance, templates, "comparison-summary.md.j2")
-        files["summary.md"] = render_markdown(report, templates)
+        files["summary.md"] = render_markdown(report)
     return files
 
 

@@ -166,7 +166,7 @@ def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
         said = {fact for _, fact in opening.worded(pages.templates).facts}
         more = tuple(part for part in parts if part not in said)
         report = IdentifyReport(opening, more, doubts, name, loaded, drawn, origin, pages.templates)
-        written = files | render_files(report, set(pages.formats), pages.templates, pages.paper)
+        written = files | render_files(report, set(pages.formats), pages.paper)
         return CommandOutcome("", text, written, failure=failure, exit_code=code, stale=stale, other_files=others)
 
     try:

@@ -72,4 +72,4 @@ def page_files(report: MapReport, output: MapOutput) -> dict[str, bytes]:
     """The page and the figures of a map by their names."""
     from vireport.report.rendering import render_files
 
-    return render_files(report, {*output.formats}, output.templates, output.paper)
+    return render_files(report, {*output.formats}, output.paper)

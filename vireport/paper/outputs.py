@@ -53,7 +53,7 @@ def paper_outcome(
         from vireport.report.rendering import render_files
 
         report = PaperReport(paper, drawn, with_pages(provenance, drawn=True), pages.templates)
-        files |= render_files(report, formats, pages.templates, pages.paper)
+        files |= render_files(report, formats, pages.paper)
     if Task.JSON in formats:
         files["paper.json"] = paper_json(paper, command)
     opening = paper_opening(paper).worded(pages.templates)

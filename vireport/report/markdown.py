@@ -110,7 +110,7 @@ def _environment(templates: Path | None) -> Environment:
     return environment
 
 
-def fill_markdown(report: AnyReport, templates: Path | None) -> str:
+def fill_markdown(report: AnyReport) -> str:
     """The Markdown of a report whose template is one of a summary.
 
     Raises
@@ -120,5 +120,5 @@ def fill_markdown(report: AnyReport, templates: Path | None) -> str:
     RenderError
         Where a template fails, with the line.
     """
-    text = fill_in(_environment, report, templates)
+    text = fill_in(_environment, report)
     return f"{_BLANK_LINES.sub(chr(10) * 2, text).strip()}\n"

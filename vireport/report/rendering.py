@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable, Collection, Iterator, Set
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
 from vireport.base.errors import RenderError
@@ -54,7 +53,6 @@ def _offline() -> Iterator[None]:
 def render_files(
     report: AnyReport,
     formats: Set[str],
-    templates: Path | None = None,
     paper: str = "a4",
     meanwhile: Callable[[], dict[str, bytes]] = dict,
     on_pages: Collection[str] = (),
@@ -67,8 +65,6 @@ def render_files(
     ----------
     report : AnyReport
     formats : set of str
-    templates : Path, optional
-        A folder whose templates come before ours.
     paper : str
         A key of `PAPERS`.
     meanwhile : callable
@@ -88,14 +84,10 @@ def render_files(
         # Matplotlib is made for one thread, which is this one: the other takes drawings that are made already.
         vectors = report.pictures if formats & {"html", "pdf", "svg"} else {}
         drawings = {f"{name}.svg": picture.svg for name, picture in vectors.items()}
-        source = _filled(report, templates) if formats & {"html", "pdf"} else ""
-        pdf = (
-            executor.submit(_compiled, report, source, templates, _of_paper(report, paper))
-            if "pdf" in formats
-            else None
-        )
+        source = _filled(report) if formats & {"html", "pdf"} else ""
+        pdf = executor.submit(_compiled, report, source, _of_paper(report, paper)) if "pdf" in formats else None
         if "html" in formats:
-            files["report.html"] = _page(report, source, templates)
+            files["report.html"] = _page(report, source)
         alone = {name: picture for name, picture in report.pictures.items() if name not in on_pages}
         for name, picture in alone.items():
             if "png" in formats:
@@ -117,14 +109,14 @@ def _styled(report: AnyReport) -> AbstractContextManager[None]:
     return style()
 
 
-def _filled(report: AnyReport, templates: Path | None) -> str:
+def _filled(report: AnyReport) -> str:
     from vireport.report.templates import fill
 
-    return fill(report, templates)
+    return fill(report)
 
 
-def _page(report: AnyReport, source: str, templates: Path | None) -> bytes:
-    page = _compiled(report, source, templates, _of_page(report)).decode("utf-8")
+def _page(report: AnyReport, source: str) -> bytes:
+    page = _compiled(report, source, _of_page(report)).decode("utf-8")
     return _MATHS.sub(lambda match: match[0].translate(_ACCENTS), page).encode("utf-8")
 
 
@@ -145,19 +137,14 @@ def _of_page(report: AnyReport) -> dict[str, str]:
     return {"figures.css": figure_css(), **drawings, **inputs}
 
 
-def render_markdown(report: AnyReport, templates: Path | None = None) -> bytes:
+def render_markdown(report: AnyReport) -> bytes:
     """Set a summary as Markdown, for a pull request or the page of a job; see `render_files`."""
     from vireport.report.markdown import fill_markdown
 
-    return fill_markdown(report, templates).encode("utf-8")
+    return fill_markdown(report).encode("utf-8")
 
 
-def _compiled(
-    report: AnyReport,
-    source: str,
-    templates: Path | None,
-    inputs: dict[str, str],
-) -> bytes:
+def _compiled(report: AnyReport, source: str, inputs: dict[str, str]) -> bytes:
     """Compile a filled template by Typst with what it reads, among it whether the `output` is html or pdf.
 
     Characters that a PDF's fonts lack become numbers.
@@ -173,7 +160,7 @@ def _compiled(
     try:
         file = compiler.compile(source.encode("utf-8"), format=output, timestamp=report.provenance.epoch)
     except typst.TypstError as error:
-        raise RenderError(_diagnostic(error, report, source, templates)) from error
+        raise RenderError(_diagnostic(error, report, source)) from error
     if not isinstance(file, bytes):
         raise RenderError(f"{report.template}: no single file came out of it")
     return file
@@ -204,7 +191,7 @@ _EXCERPT = re.compile(r"^ *\d* (?=[│┌])", re.MULTILINE)
 """What stands before an excerpt of the filled page: the number of its line."""
 
 
-def _diagnostic(error: typst.TypstError, report: AnyReport, source: str, templates: Path | None) -> str:
+def _diagnostic(error: typst.TypstError, report: AnyReport, source: str) -> str:
     """What Typst says, with templates and their lines instead of those of the filled page; that at fault comes first.
 
     That is the user's, where one of theirs is among those that lead to the mistake.
@@ -212,7 +199,7 @@ def _diagnostic(error: typst.TypstError, report: AnyReport, source: str, templat
     _, _, text = (error.diagnostic.strip() or error.message).rpartition("issues/5512 for more information\n\n")
     text = re.sub(r"failed to download package.*", "packages are not loaded from the network", text)
     text = text.removeprefix("error: ").replace(f"{TEMPLATES}{os.sep}", "")
-    places = _template_places(report, source, templates)
+    places, templates = _template_places(report, source), report.templates
     named = [places(int(line), int(column)) for line, column in _PLACE.findall(text)]
     theirs = [place for place in named if templates and (templates / place.rpartition(":")[0]).is_file()]
     text = _EXCERPT.sub("  ", _PLACE.sub(lambda match: places(int(match[1]), int(match[2])), text))
@@ -220,12 +207,12 @@ def _diagnostic(error: typst.TypstError, report: AnyReport, source: str, templat
     return "\n".join(shorten(line) for line in f"{head}: {text}".splitlines())
 
 
-def _template_places(report: AnyReport, source: str, templates: Path | None) -> Callable[[int, int], str]:
+def _template_places(report: AnyReport, source: str) -> Callable[[int, int], str]:
     """What gives template and line of a place in a filled page; the template begun with where that is not known."""
     from vireport.report.templates import TemplatePlaces
 
     try:
-        places = TemplatePlaces(report, templates, source)
+        places = TemplatePlaces(report, source)
     except Exception:  # a user's template may fail where texts are marked
         return lambda line, column: report.template
     return lambda line, column: places.at(line, column) or report.template

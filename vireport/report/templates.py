@@ -55,6 +55,8 @@ class AnyReport(Hashable, Protocol):
     pictures : mapping of str to Picture
         By their names; a template has each as ``sys.inputs.at("name.svg")``.
     provenance : Provenance
+    templates : Path or None
+        A folder whose templates come before ours.
     """
 
     @property
@@ -65,6 +67,9 @@ class AnyReport(Hashable, Protocol):
 
     @property
     def provenance(self) -> Provenance: ...  # noqa: D102
+
+    @property
+    def templates(self) -> Path | None: ...  # noqa: D102
 
 
 class Source(str):
@@ -221,7 +226,7 @@ def _environment(templates: Path | None) -> Environment:
     return environment
 
 
-def fill(report: AnyReport, templates: Path | None) -> str:
+def fill(report: AnyReport) -> str:
     """The Typst source of a report.
 
     Raises
@@ -231,10 +236,10 @@ def fill(report: AnyReport, templates: Path | None) -> str:
     RenderError
         Where a template fails, with the line.
     """
-    return fill_in(_environment, report, templates)
+    return fill_in(_environment, report)
 
 
-def fill_in(environment: Callable[[Path | None], Environment], report: AnyReport, templates: Path | None) -> str:
+def fill_in(environment: Callable[[Path | None], Environment], report: AnyReport) -> str:
     """The template of a report with what the report holds.
 
     Parameters
@@ -242,8 +247,6 @@ def fill_in(environment: Callable[[Path | None], Environment], report: AnyReport
     environment : callable
         How templates are read, given the user's folder.
     report : AnyReport
-    templates : Path or None
-        The user's folder.
 
     Raises
     ------
@@ -252,10 +255,10 @@ def fill_in(environment: Callable[[Path | None], Environment], report: AnyReport
     RenderError
         Where a template fails, with the line.
     """
-    if templates is not None and not templates.is_dir():
-        raise UsageError(f"{templates}: no such folder of templates")
-    with mistakes_named(report.template, templates):
-        return environment(templates).get_template(report.template).render(report=report)
+    if report.templates is not None and not report.templates.is_dir():
+        raise UsageError(f"{report.templates}: no such folder of templates")
+    with mistakes_named(report.template, report.templates):
+        return environment(report.templates).get_template(report.template).render(report=report)
 
 
 class _LineMarks(Extension):
@@ -291,14 +294,12 @@ class TemplatePlaces:
     Parameters
     ----------
     report : AnyReport
-    templates : Path or None
-        The user's folder.
     source : str
         The filled page.
     """
 
-    def __init__(self, report: AnyReport, templates: Path | None, source: str) -> None:
-        environment = _environment(templates).overlay(extensions=[_LineMarks], bytecode_cache=None)
+    def __init__(self, report: AnyReport, source: str) -> None:
+        environment = _environment(report.templates).overlay(extensions=[_LineMarks], bytecode_cache=None)
         marked = environment.get_template(report.template).render(report=report)
         self._starts, self._places, end, length = [0], [report.template], 0, 0
         for match in _MARK.finditer(marked):
