@@ -11,11 +11,11 @@ from vireport.base.progress import Progress
 from vireport.findings.accuracy.keys import AccuracyBlock
 from vireport.scenario.keys import block_of
 from vireport.study.finding import AddedFinding
+from vireport.study.plan import MPMATH, NUMBA, PICTURES, AddedTask, DeclaredStep, Task, has_block, simulation_compiles
 
 if TYPE_CHECKING:
     from vireport.findings.accuracy.workprecision import WorkPrecision
     from vireport.scenario.blocks import Scenario
-    from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
 
@@ -37,17 +37,6 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """The measurement, and its figure."""
-        from vireport.study.plan import (
-            MPMATH,
-            NUMBA,
-            PICTURES,
-            AddedTask,
-            DeclaredStep,
-            Task,
-            has_block,
-            simulation_compiles,
-        )
-
         block, why = has_block(STEP), "the scenario has an accuracy block"
         measured = AddedTask(STEP, "error against run time of several methods")
 

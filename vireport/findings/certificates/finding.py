@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from vireport.base.progress import Progress
 from vireport.scenario.parameters import Parameter
 from vireport.study.finding import AddedFinding
+from vireport.study.plan import FLINT, AddedTask, DeclaredStep, Precondition, Task
 from vireport.text.enclosed import plus_minus
 
 if TYPE_CHECKING:
     from vireport.findings.certificates.results import Certificate
-    from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
 
@@ -26,8 +26,6 @@ class CertificatesFinding(AddedFinding["tuple[Certificate, ...]"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """One step, listed where it is among the formats that are asked for."""
-        from vireport.study.plan import FLINT, AddedTask, DeclaredStep, Precondition, Task
-
         certify = Precondition(lambda _, formats: self.name in formats, "no proofs are asked for")
         task = AddedTask(self.name, "proofs of the critical points")
         yield DeclaredStep(task, (FLINT,), "asked for", (certify,), before=Task.REQUIREMENTS)

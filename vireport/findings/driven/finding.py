@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from vireport.base.progress import Progress
 from vireport.study.finding import AddedFinding
+from vireport.study.judging.alerts import doubted
+from vireport.study.plan import DESIGN, OUTPUT, PICTURES, AddedTask, DeclaredStep, Precondition
+from vireport.text.alerts import AlertCode, Sentence
 
 if TYPE_CHECKING:
     from vireport.findings.driven.driven import Driven
     from vireport.study.judging.evidence import Evidence
     from vireport.study.judging.verdict import AddedAnswer
-    from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
-    from vireport.text.alerts import AlertCode, Sentence
 
 FIGURE = "figure-driven"
 
@@ -29,8 +30,6 @@ class DrivenFinding(AddedFinding["Driven"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """The device under the record, and its figure; both are listed where there is a record."""
-        from vireport.study.plan import DESIGN, OUTPUT, PICTURES, AddedTask, DeclaredStep, Precondition
-
         why = "excitation.record is given"
         record = Precondition(lambda scenario, _: scenario.excitation.record, "excitation.record is not given")
         what = "the recorded acceleration of the shaker driven through the device, from impact to impact"
@@ -67,9 +66,6 @@ class DrivenFinding(AddedFinding["Driven"]):
 
     def causes(self, driven: Driven, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What may be wrong with the record."""
-        from vireport.study.judging.alerts import doubted
-        from vireport.text.alerts import AlertCode
-
         return {AlertCode.RECORD_DOUBTFUL: map(doubted, driven.doubts)}
 
     def pictures(self, driven: Driven, study: Study, templates: Path | None) -> Iterator[Any]:

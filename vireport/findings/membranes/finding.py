@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 from vireport.base.progress import Progress
 from vireport.scenario.keys import value_at
 from vireport.study.finding import AddedFinding
+from vireport.study.plan import BALL, PICTURES, AddedTask, DeclaredStep, Precondition, Task, has_block
+from vireport.text.alerts import AlertCode, Sentence
 
 if TYPE_CHECKING:
     from vireport.findings.membranes.compliance import Compliance
     from vireport.study.judging.evidence import Evidence
     from vireport.study.judging.verdict import AddedAnswer
-    from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
-    from vireport.text.alerts import AlertCode, Sentence
 
 FIGURE = "figure-stiffness"
 RESULTS = "compliant"
@@ -33,8 +33,6 @@ class MembranesFinding(AddedFinding["Compliance"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """The motion with compliant membranes, and its figure."""
-        from vireport.study.plan import BALL, PICTURES, AddedTask, DeclaredStep, Precondition, Task, has_block
-
         compliant = Precondition(
             lambda scenario, _: value_at(scenario, "accuracy.compliant_membrane"),
             "accuracy.compliant_membrane is false",
@@ -85,7 +83,6 @@ class MembranesFinding(AddedFinding["Compliance"]):
     def causes(self, compliance: Compliance, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
         """What the membranes' own stiffness moves too far, or ends."""
         from vireport.findings.membranes.compliance import moved_or_lost
-        from vireport.text.alerts import AlertCode
 
         # Without a stable motion there is nothing that the rigid model claims of the device.
         if not evidence.impacts[0].size or not self.contradicts_rigid_impacts(compliance):

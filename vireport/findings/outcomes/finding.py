@@ -9,8 +9,21 @@ from typing import TYPE_CHECKING, Any
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress
 from vireport.findings.outcomes.keys import DisturbancesBlock
+from vireport.findings.outcomes.steps import (
+    BASINS,
+    COEXISTENCE,
+    FIGURE_BASIN,
+    FIGURE_SHOCKS,
+    JITTER,
+    MOMENTS,
+    SHOCK,
+    WINDOWS,
+    steps,
+)
 from vireport.scenario.keys import block_of, value_at
 from vireport.study.finding import AddedFinding
+from vireport.study.plan import DeclaredStep, plan, simulation_compiles
+from vireport.text.requirements import Question
 
 if TYPE_CHECKING:
     from vireport.design.switched_on import SwitchedOn
@@ -20,7 +33,6 @@ if TYPE_CHECKING:
     from vireport.study.judging.opening import FactPlace, Statement
     from vireport.study.judging.requirements import Requirement
     from vireport.study.judging.verdict import AddedAnswer, Status, Verdict
-    from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import DisturbancesData
     from vireport.study.study import Study
     from vireport.text.patterns import Phrase
@@ -41,25 +53,17 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """Six steps and two figures."""
-        from vireport.findings.outcomes.steps import steps
-
         return steps()
 
     def refuse_undecidable(self, scenario: Scenario) -> None:
         """Refuse a shock to be survived where the search for it lacks what it needs."""
         if value_at(scenario, "requirements.survives_shock_m_s") is None:
             return
-        from vireport.findings.outcomes.steps import SHOCK
-        from vireport.study.plan import plan
-
         if (why := plan(scenario).reason(SHOCK)) is not None:
             raise UsageError(f"requirements.survives_shock_m_s cannot be judged: {why}")
 
     def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Outcomes] | None:
         """What the device does when it is switched on as the block says, at any moment, and near the design point."""
-        from vireport.findings.outcomes.steps import MOMENTS, WINDOWS
-        from vireport.study.plan import simulation_compiles
-
         moments, windows = study.plan.runs(MOMENTS), study.plan.runs(WINDOWS)
         block = block_of(study.scenario, BLOCK, DisturbancesBlock)
         if block is None or not (moments or windows):
@@ -78,7 +82,6 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
     def find(self, study: Study, say: Progress) -> Outcomes:
         """Look for the least shock, follow random starts, and draw basins, as the plan says."""
         from vireport.findings.outcomes.outcomes import Outcomes, with_basins, with_coexistence, with_shocks
-        from vireport.findings.outcomes.steps import BASINS, COEXISTENCE, JITTER, SHOCK
 
         outcomes: Outcomes = study.findings.get(self.name, Outcomes())
         if study.plan.runs(SHOCK, JITTER):
@@ -123,7 +126,6 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
             judged_by,
             stable_motions,
         )
-        from vireport.text.requirements import Question
 
         motions = stable_motions(evidence)
         withstood = outcomes.withstood if not motions.narrow else None
@@ -148,8 +150,6 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
 
     def pictures(self, outcomes: Outcomes, study: Study, templates: Path | None) -> Iterator[Any]:
         """What shocks lead to, and the basins on the section of impacts."""
-        from vireport.findings.outcomes.steps import FIGURE_BASIN, FIGURE_SHOCKS
-
         if study.plan.runs(FIGURE_SHOCKS):
             from vireport.findings.outcomes.figures import shocks_picture
 

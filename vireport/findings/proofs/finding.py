@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from vireport.base.progress import Progress
+from vireport.findings.outcomes.steps import SHOCK
 from vireport.scenario.keys import value_at
 from vireport.study.finding import AddedFinding
+from vireport.study.plan import DESIGN, FLINT, OUTPUT, AddedTask, DeclaredStep, Precondition
 
 if TYPE_CHECKING:
     from vireport.findings.proofs.proved import Proved
-    from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import DisturbancesData
     from vireport.study.study import Study
 
@@ -28,8 +29,6 @@ class ProofsFinding(AddedFinding["Proved"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """One step, listed where the scenario requests proofs."""
-        from vireport.study.plan import DESIGN, FLINT, OUTPUT, AddedTask, DeclaredStep, Precondition
-
         requested = Precondition(
             lambda scenario, _: value_at(scenario, "disturbances.prove"), "nothing is to be proved"
         )
@@ -40,7 +39,6 @@ class ProofsFinding(AddedFinding["Proved"]):
 
     def find(self, study: Study, say: Progress) -> Proved | None:
         """Prove what can be proved of the stable motions."""
-        from vireport.findings.outcomes.steps import SHOCK
         from vireport.findings.proofs.proved import proved_of
 
         if study.switched_on is None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from vireport.base.progress import Progress
 from vireport.study.finding import AddedFinding
+from vireport.study.plan import DESIGN, AddedTask, DeclaredStep, has_block
 
 if TYPE_CHECKING:
     from vireport.findings.tolerances.tolerances import Tolerances
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from vireport.study.judging.opening import FactPlace, Statement
     from vireport.study.judging.requirements import Requirement
     from vireport.study.judging.verdict import AddedAnswer, Verdict
-    from vireport.study.plan import DeclaredStep
     from vireport.study.result_records import AddedBlocks
     from vireport.study.study import Study
 
@@ -30,8 +30,6 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
 
     def steps(self) -> Iterator[DeclaredStep]:
         """One step, where a block and a design point are given."""
-        from vireport.study.plan import DESIGN, AddedTask, DeclaredStep, has_block
-
         task = AddedTask(self.name, "whether every device within the tolerances has stable motion, and the yield")
         yield DeclaredStep(task, (has_block(self.name), DESIGN), "the scenario has a tolerances block")
 
