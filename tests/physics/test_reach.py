@@ -46,9 +46,22 @@ def test_it_is_at_most_a_few_times_as_high_as_a_ball_comes(restitution, periods)
     assert 1 < reach(Groups(1.0, gbar, restitution)) / height < 3
 
 
+@pytest.mark.parametrize(("bottom", "top"), [(0.5, 0.5), (0.2, 0.8), (0.8, 0.2)])
+def test_it_is_the_height_of_bounces_that_gain_all_that_they_can(bottom, top):
+    # Of a sine: impulse and path are 1. What the fall from the top adds is the most for any speed at the top.
+    gbar, speed, travel = 0.3, 1 / pi, 1 / pi**2
+    strikes = np.linspace(0.0, 10.0, 100_001)
+    added = ((top * strikes + (1 + 2 * top) * speed) ** 2 - strikes**2).max() + 8 * gbar * travel
+    leaves = speed
+    for _ in range(200):
+        leaves = bottom * sqrt(leaves**2 + added) + (1 + bottom) * speed
+    assert reach(Groups(1.0, gbar, Restitutions(bottom, top))) == pytest.approx(leaves**2 / (2 * gbar) + 2 * travel)
+
+
 def test_of_a_ball_that_nothing_draws_down_it_is_not_known():
     assert reach(Groups(1.0, 0.0, 0.5)) == inf
     assert reach(Groups(1.0, 0.5, Restitutions(0.5, 1.0))) == inf
+    assert reach(Groups(1.0, 0.5, Restitutions(1.0, 0.5))) == inf
     assert reach(Groups(1.0, 0.5, 0.5, friction=0.1)) == inf
     assert reach(Groups(1.0, 0.5, SpeedLaw(0.5, 0.5, -0.1, 1.0))) == inf
 
@@ -78,7 +91,9 @@ def test_along_a_sweep_the_end_counts_at_which_the_ball_comes_higher(parameter, 
 def test_the_design_point_counts_besides_the_ends_of_a_sweep() -> None:
     device = Device(1.0, 0.5, 9.81, 0.01, 12.0, 10.0, 90.0)
     assert not is_table(device, Parameter.LENGTH, (0.5, 1.0))
-    assert is_table(device.with_values({Parameter.LENGTH: 0.7}), Parameter.LENGTH, (0.5, 1.0))
+    table = device.with_values({Parameter.LENGTH: 0.7})
+    assert is_table(table, Parameter.LENGTH, (0.5, 1.0))
+    assert not is_table(table, Parameter.LENGTH, (0.01, 1.0))
 
 
 def test_a_device_that_states_the_mass_of_its_ball_is_no_table() -> None:
