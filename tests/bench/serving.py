@@ -48,6 +48,12 @@ class Served(NamedTuple):
         connection.close()
         return told
 
+    def question(self, kind: str, body: bytes) -> bytes:
+        """A request with a question, byte for byte."""
+        head = f"POST {self.path}{kind} HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\n"
+        head += f"Origin: http://127.0.0.1:{self.port}\r\nContent-Type: application/json\r\n"
+        return f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body
+
     def ask(self, kind: str, state: dict[str, Any], **more: Any) -> Any:
         """The last thing that a question is answered with."""
         question = json.dumps({"page": "one", "state": state, **more}).encode()

@@ -144,13 +144,22 @@ def test_connections_that_say_nothing_do_not_keep_others_waiting(bench: Served) 
 
 
 def test_silent_connections_take_no_place_from_the_page(bench: Served) -> None:
-    """More than may wait at a time: those that have waited longest are closed, and the page is answered."""
+    """More than may wait at a time: those that have waited longest are closed, and the page is answered.
+
+    So is a request that is known, and whose body is late.
+    """
+    late = bench.question("first", b'{"page": "one", "state": {}}')
+    known = socket.create_connection(("127.0.0.1", bench.port), timeout=30)
+    known.sendall(late[:-1])
+    assert bench.ask("first", {})["shown"] == 0
     silent = [socket.create_connection(("127.0.0.1", bench.port), timeout=30) for _ in range(MOST_UNKNOWN + 8)]
     for k, connection in enumerate(silent):
         connection.sendall((b"", b"POST /wrong/first HTTP/1.1\r\nHost: 127.0", b"GET /")[k % 3])
     assert bench.ask("first", {})["shown"] == 0
     assert [connection.recv(1) for connection in silent[:8]] == [b""] * 8
-    for connection in silent:
+    known.sendall(late[-1:])
+    assert known.recv(12) == b"HTTP/1.1 200"
+    for connection in (known, *silent):
         connection.close()
     assert bench.ask("first", {})["shown"] == 0
 
@@ -167,10 +176,8 @@ def test_a_page_that_is_loaded_again_and_again_leaves_four_processes(bench: Serv
     """Each page is left while its first question is being answered."""
     for page in range(20):
         question = json.dumps({"page": f"page {page}", "state": {"disturbances": {"prove": True}}}).encode()
-        head = f"POST {bench.path}study HTTP/1.1\r\nHost: 127.0.0.1:{bench.port}\r\n"
-        head += f"Origin: http://127.0.0.1:{bench.port}\r\nContent-Type: application/json\r\n"
         with socket.create_connection(("127.0.0.1", bench.port), timeout=30) as connection:
-            connection.sendall(f"{head}Content-Length: {len(question)}\r\n\r\n".encode() + question)
+            connection.sendall(bench.question("study", question))
             assert connection.recv(12) == b"HTTP/1.1 200"
         time.sleep(0.1)
     time.sleep(2.0)

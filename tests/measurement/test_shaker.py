@@ -147,12 +147,12 @@ def test_single_samples_far_from_all_others_are_told_with_their_times() -> None:
     values, own = shaken_sine(), scenario_device()
     assert doubts(values, own) == []
     rows = [12_345, 40_000]
-    values[rows] += [300.0, -250.0]
+    values[rows] += [3.0, -2.5]  # a tenth of the amplitude is 2.4
     found = doubts(values, own)
     assert [row.doubt for row in found] == [ShakerDoubt.LONE] * 2
     assert [row.at_s for row in found] == pytest.approx([row / RATE for row in rows])
     assert [row.recorded for row in found] == pytest.approx(values[rows])
-    assert [row.value for row in found] == pytest.approx([300.0, 250.0], abs=0.2)
+    assert [row.value for row in found] == pytest.approx([3.0, 2.5], abs=0.1)
     assert all(0.05 < row.stated < 0.2 for row in found)  # the largest of 80,000 normal samples is at 4.5 deviations
 
 
