@@ -1,12 +1,15 @@
-"""What the report on the paper opens with, for any outcome."""
+"""What the report on the paper opens with, for any outcome; and which changes of its scenarios are refused."""
 
 from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from vireport.cli.app import main
 from vireport.paper.opening import paper_opening
+from vireport.paper.reproduction import ReproducedPaper
 from vireport.report.printed import paper_section
 from vireport.study.checks.paper import CASES, Agreement, ComparedRow, Misprint, PaperComparison, PrintedQuantity
 from vireport.study.judging.verdict import Status
@@ -90,6 +93,20 @@ def test_a_simulation_that_does_not_come_to_the_motions_is_told(difference, stat
     assert (status, said) in paper_opening(paper(difference=difference)).worded().facts
 
 
+@pytest.mark.parametrize(("faster", "later", "difference"), [(0.1, 0.01, 0.1), (-0.1, -0.2, 0.2), (0.01, 6.2, 0.0832)])
+def test_the_simulation_differs_by_the_velocity_or_the_phase_that_differs_most(faster, later, difference) -> None:
+    cycle = SimpleNamespace(word="BT", wall=np.array([-1, 1]), velocity=np.array([0.0, 1 + faster]))
+    cycle.phase = np.array([0.0, 0.1 + later])
+    cycles = [cycle, None, SimpleNamespace(word="BTBT"), None]
+    rows = tuple(
+        ComparedRow(quantity, CASES[0].motions[0].figure, "1", ours, Agreement.DIFFERS)
+        for quantity, ours in ((PrintedQuantity.VELOCITY, 1.0), (PrintedQuantity.PHASE, 0.1))
+    )
+    portraits = tuple(SimpleNamespace(attractor=SimpleNamespace(cycle=of)) for of in cycles)
+    compared = (PaperComparison(CASES[0], rows, ()),)
+    assert ReproducedPaper((), compared, portraits, ()).simulation_difference == pytest.approx(difference, abs=1e-4)
+
+
 def test_letters_that_stand_in_several_panels_are_told_apart() -> None:
     points = [
         ComparedRow(PrintedQuantity.POINT_PHASE, "B1", "0.22", 0.205, Agreement.DIFFERS, phase=CASES[2].phases[0])
@@ -109,3 +126,18 @@ def test_a_section_says_which_of_the_papers_scenarios_it_is_of() -> None:
     ]
     assert [len(paper_section(PaperComparison(case, (), ()))) for case in CASES] == [3, 3, 3]
     assert Misprint.PERIOD_4 in CASES[2].misprints
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (
+            ("sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=10"),
+            "the paper's sweep of Fig. 2(a)–(c) is needed",
+        ),
+        (("device.friction=0.1",), "vireport paper knows a ball without friction"),
+    ],
+)
+def test_another_kind_of_device_or_sweep_is_refused(overrides, said, capsys) -> None:
+    assert main(["paper", *(word for override in overrides for word in ("--set", override))]) == 2
+    assert said in capsys.readouterr().err
