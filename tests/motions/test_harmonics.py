@@ -17,8 +17,8 @@ from vireport.design.point import motions_at
 from vireport.motions.contour import contours, places
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
+from vireport.motions.level_plane import Surface, SweptPlane
 from vireport.motions.orbits import Dynamics, orbits_of
-from vireport.motions.planes import Surface, SweptPlane
 from vireport.motions.pointwise import PointwiseMotions
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.motions.turning import turns, wall_gap

@@ -11,8 +11,8 @@ from scipy.optimize import minimize_scalar
 from strategies import phases, shares
 
 from vireport.motions.level_curve import evaluate, find_strands
+from vireport.motions.level_plane import SweptPlane
 from vireport.motions.orbits import coefficients, orbits
-from vireport.motions.planes import SweptPlane
 from vireport.motions.sweep import Held, Level, level_residual
 
 restitutions = st.floats(0, 0.999)

@@ -5,7 +5,7 @@ A way through, in the order in which a sweep of 1:1 motions (one impact on each 
 1. `orbits`: for every q (share of the period from the bottom to the top) and forcing phase there is one 1:1 motion, in
    closed form, and the d and gbar that it belongs to: a surface over the plane of q and phase.
 2. `sweep`: when one parameter of a device varies, d, gbar, their ratio or both stay constant. This `Level` is a curve
-   on the surface, and in the plane of q and phase (`planes`).
+   on the surface, and in the plane of q and phase (`level_plane`).
 3. `level_curve`: the curve cut into strands, and sampled so finely that nothing hides between two samples. Two sheets
    over q where the force is a sine; with harmonics, or where a restitution varies (`bounces`), a `contour`.
 4. `pieces`: the strands cut where the sweep or the motions end, with the events on them (`events`, `conditions`):

@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
+from vireport.motions.level_plane import ContourPlane
 from vireport.motions.orbits import Orbits
-from vireport.motions.planes import ContourPlane
 from vireport.physics.forcing import SINE
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, DoubleOps

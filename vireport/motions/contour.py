@@ -24,7 +24,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError
-from vireport.motions.planes import EDGE, ContourPlane
+from vireport.motions.level_plane import EDGE, ContourPlane
 from vireport.motions.roots import bracketed_root
 
 Floats = NDArray[np.float64]

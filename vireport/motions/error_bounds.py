@@ -27,10 +27,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.motions.level_curve import plane_of
+from vireport.motions.level_plane import SweptPlane
 from vireport.motions.one_to_one import Motions
 from vireport.motions.paths import Curve
 from vireport.motions.periodicity import Model, residuals
-from vireport.motions.planes import SweptPlane
 from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.physics.device import GROUP_ERROR

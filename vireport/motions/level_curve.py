@@ -24,8 +24,8 @@ from vireport.motions.bounces import Bounces
 from vireport.motions.conditions import Condition
 from vireport.motions.contour import Contour, contours, places
 from vireport.motions.events import Event
+from vireport.motions.level_plane import EDGE, ContourPlane, Surface, SweptPlane
 from vireport.motions.orbits import Orbits, coefficients, orbits_above, rubbing
-from vireport.motions.planes import EDGE, ContourPlane, Surface, SweptPlane
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Level, Sweep

@@ -23,8 +23,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from vireport.motions.level_plane import EDGE
 from vireport.motions.orbits import Dynamics, Friction, Orbits, coefficients, of_order, orbits_of, rubbing, turned
-from vireport.motions.planes import EDGE
 from vireport.physics.forcing import SINE, Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import IMAGINARY_STEP
