@@ -25,7 +25,7 @@ def keyed(record: Struct) -> dict[str, Any]:
     return {key: value for key, name in values if (value := getattr(record, name)) is not UNSET}
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """Return the data of a record, with all records in it, as dicts and lists; what is no record stays as it is.
 
     Numbers of NumPy pass as they are, which is why `msgspec.to_builtins` is not used.
@@ -49,11 +49,11 @@ def brief(record: Struct) -> str:
     return f"{type(record).__name__}({', '.join(fields)})"
 
 
-def _is_nothing(value: Any) -> bool:
+def _is_nothing(value: object) -> bool:
     return value is None or (isinstance(value, str | tuple | list | dict) and not value)
 
 
-def _value_text(value: Any) -> str:
+def _value_text(value: object) -> str:
     """A value within the line of a record; of a record within it the name alone."""
     if isinstance(value, Struct):
         return f"{type(value).__name__}(...)"

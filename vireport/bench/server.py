@@ -179,7 +179,7 @@ class _Handler(BaseHTTPRequestHandler):
     def do_POST(self) -> None:
         self._answered(self._post)
 
-    def log_message(self, format: str, *arguments: Any) -> None:
+    def log_message(self, format: str, *arguments: object) -> None:
         """Say nothing of requests: the terminal shows what is wrong, and the address."""
 
     def _answered(self, answer: Callable[[str], None]) -> None:

@@ -65,7 +65,7 @@ class BenchWidget(anywidget.AnyWidget):
         self._margins_worker.end()
         super().close()
 
-    def _heard(self, _: Any, content: dict[str, Any], buffers: Any) -> None:
+    def _heard(self, _: object, content: dict[str, Any], buffers: object) -> None:
         number, kind = content["number"], content["kind"]
         question = msgspec.convert(content["question"], Asked)
         if kind in set(Aside):

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from vireport.base.errors import UsageError
 from vireport.base.files import require_writable
+from vireport.base.progress import Progress
 from vireport.cli import options
 from vireport.cli.declared import CommandPanel, DeclaredCommand, formats_of
 from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
@@ -102,7 +103,7 @@ def _changes(
     tolerance: float,
     form: str,
     templates: Path | None,
-    say: Any,
+    say: Progress,
 ) -> CommandOutcome:
     """What has changed since an earlier run, whose results are those that it wrote."""
     if len(files) != 2:

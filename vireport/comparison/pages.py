@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -91,7 +91,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         table = margins_table(self.comparison.ranking, self.templates)
         return None if table is None else _inert(table)
 
-    def say(self, macro: str, *values: Any) -> str:
+    def say(self, macro: str, *values: object) -> str:
         """What a macro of the words of comparisons says."""
         return self._say(_said(macro, *values))
 

@@ -423,7 +423,7 @@ class ValidatedDevice(Struct, frozen=True):
         """Length of the capsule, d F/(4 M f^2) [m]."""
         return self.d * self.amplitude_n / (4 * CAPSULE * self.frequency_hz**2)
 
-    def study(self, **more: Any) -> Study:
+    def study(self, **more: object) -> Study:
         """Its 1:1 motions, with more blocks."""
         device = {"capsule_mass_kg": CAPSULE, "restitution": self.restitution, "ball_mass_kg": BALL}
         return _study(

@@ -137,7 +137,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         names = *of_others, "figure-answer", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
 
-    def say(self, words: str, macro: str, *values: Any) -> str:
+    def say(self, words: str, macro: str, *values: object) -> str:
         """What a macro of a file of words says of what it is given, with marks for `rich`."""
         return Words(words, self.templates)(macro, *values)
 

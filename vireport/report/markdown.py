@@ -9,7 +9,6 @@ import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment
 from msgspec.structs import replace
@@ -25,7 +24,7 @@ _OPENING = re.compile(r"^(\d*)([-+#.)]+)(?=\s|$)")
 _BLANK_LINES = re.compile(r"\n{3,}")
 
 
-def inert(value: Any) -> str:
+def inert(value: object) -> str:
     r"""Write what an expression in a template becomes: text that Markdown does not read as markup, unless it is source.
 
     Examples

@@ -147,7 +147,7 @@ def rich(text: str) -> Source:
     return marked(_BAR.sub(JOINED_BAR, tied(text)), TYPST)
 
 
-def _literal(value: Any) -> str:
+def _literal(value: object) -> str:
     """What an expression in a template becomes: a string that is text, unless it is source."""
     if isinstance(value, Source):
         return value
@@ -167,7 +167,7 @@ TYPST = Typesetting(
 """What the marks of our own words become in Typst."""
 
 
-def inert_json(value: Any) -> str:
+def inert_json(value: object) -> str:
     r"""Write plain data as JSON that ends no element of a page around it.
 
     Examples

@@ -202,7 +202,7 @@ class DeviceBlock(Block):
 
     @model_validator(mode="before")
     @classmethod
-    def _with_membrane(cls, tree: Any) -> Any:
+    def _with_membrane(cls, tree: object) -> Any:
         """Fill in the default membrane where energy is evaluated: where the ball's mass is given."""
         if isinstance(tree, dict) and tree.get("ball_mass_kg") is not None and tree.get("membrane") is None:
             return tree | {"membrane": {}}
@@ -1053,7 +1053,7 @@ def keys_of_additions(model: type[Block], block: str = "") -> Iterator[tuple[str
             yield from keys_of_additions(inner, f"{path}.")
 
 
-def _block_in(annotation: Any) -> type[Block] | None:
+def _block_in(annotation: object) -> type[Block] | None:
     """The block that a key's value is, if it is one and no list of them."""
     if isinstance(annotation, type) and issubclass(annotation, Block):
         return annotation
@@ -1191,7 +1191,7 @@ def key_of(path: str) -> FieldInfo:
     return key
 
 
-def _kinds(annotation: Any) -> Iterator[Any]:
+def _kinds(annotation: object) -> Iterator[Any]:
     """The types that an annotation allows."""
     yield annotation
     for kind in get_args(annotation):

@@ -63,12 +63,12 @@ REQUIRED: Any = ...
 
 
 def key(
-    default: Any,
+    default: object,
     title: str,
     unit: str,
     meaning: str,
     *,
-    example: Any = None,
+    example: object = None,
     beyond: str = "",
     addition: str = "",
     behind: str = "",

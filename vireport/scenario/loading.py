@@ -323,7 +323,7 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     raise ScenarioError(document.name, [*document.mistakes, *mistakes], more)
 
 
-def _without(tree: Any, path: str, block: str = "") -> tuple[Any, list[Finding]]:
+def _without(tree: object, path: str, block: str = "") -> tuple[Any, list[Finding]]:
     """A block without a key that is an unknown one, and the finding on it, if it is there."""
     name, _, rest = path.partition(".")
     if not isinstance(tree, dict) or name not in tree:

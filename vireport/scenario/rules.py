@@ -486,7 +486,7 @@ def _simulation(tree: _Tree) -> Iterator[Finding]:
         yield from _out_of_range(tree, _elements(path, tree.at(path)))
 
 
-def _elements(path: str, values: Any) -> list[tuple[str, Any]]:
+def _elements(path: str, values: object) -> list[tuple[str, Any]]:
     return [(f"{path}.{i}", value) for i, value in enumerate(values)] if isinstance(values, list) else []
 
 

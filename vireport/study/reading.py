@@ -50,7 +50,7 @@ class ResultsError(UsageError):
         super().__init__(*first[:MOST_MISTAKES], *more)
 
 
-def read_results(data: Any, name: str) -> Results:
+def read_results(data: object, name: str) -> Results:
     """Read the content of a results.json as records; keys that no record declares are blocks of additions, or newer.
 
     Parameters
@@ -81,7 +81,7 @@ def read_results(data: Any, name: str) -> Results:
     return results
 
 
-def read_record(data: Any, kind: type[Record], name: str, path: str = "") -> Record:
+def read_record(data: object, kind: type[Record], name: str, path: str = "") -> Record:
     """Read plain data of an earlier run as a record.
 
     Parameters
@@ -107,7 +107,7 @@ def read_record(data: Any, kind: type[Record], name: str, path: str = "") -> Rec
         raise ResultsError(name, mistakes or [(path, visible(str(error), LONGEST_TEXT))]) from None
 
 
-def _mistakes(value: Any, kind: msgspec.inspect.Type, path: str) -> Mistakes:
+def _mistakes(value: object, kind: msgspec.inspect.Type, path: str) -> Mistakes:
     """Whatever is not of its type."""
     match kind:
         case msgspec.inspect.UnionType():
@@ -188,7 +188,7 @@ EXPECTED: Mapping[type, str] = {
 """Types in words; all others are blocks of keys."""
 
 
-def _described(value: Any) -> str:
+def _described(value: object) -> str:
     """What a value of a file is, in words."""
     match value:
         case None:
@@ -231,7 +231,7 @@ def _incomplete(results: Results, evaluated: bool) -> Mistakes:
                 yield f"{path}.{name}", f"{len(column)} values, where stability has {count}"
 
 
-def _require_finite(data: Any, name: str) -> None:
+def _require_finite(data: object, name: str) -> None:
     """Raise UsageError where a number is none, or is larger than any double: nothing can be compared with it."""
     waiting = [("", data)]  # a list, as a file may be nested deeper than Python calls
     while waiting:

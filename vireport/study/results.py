@@ -203,7 +203,7 @@ def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> bytes:
     return text.getvalue().encode()
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: object) -> Any:
     if isinstance(value, bool):
         return str(value).lower()
     return inert_cell(value) if isinstance(value, str) else repr(value) if isinstance(value, float) else value

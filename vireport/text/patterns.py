@@ -54,7 +54,7 @@ class Phrase(Struct, frozen=True):
         return self._filled(templates, on_page=True)
 
     def _filled(self, templates: Path | None, on_page: bool) -> str:
-        def printed(value: Any) -> Any:
+        def printed(value: object) -> Any:
             if isinstance(value, float):
                 return _Number(value)
             if isinstance(value, list):
@@ -85,7 +85,7 @@ class Pattern(StrEnum):
     def __init_subclass__(cls, file: str) -> None:
         cls.file = file
 
-    def said(self, **values: Any) -> Phrase:
+    def said(self, **values: object) -> Phrase:
         """The pattern with numbers and texts in its places."""
         return Phrase(self.file, self.value, values)
 

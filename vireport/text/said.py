@@ -52,7 +52,7 @@ class Said(Struct, frozen=True):
         return self.words(templates).split(BETWEEN)
 
 
-def spoken(value: Any, templates: Path | None = None) -> Any:
+def spoken(value: object, templates: Path | None = None) -> Any:
     """A `Said` or a `Phrase` as text, also one in a list; all else as it is."""
     if isinstance(value, list):
         return [spoken(item, templates) for item in value]

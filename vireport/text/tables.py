@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from itertools import zip_longest
 from textwrap import fill, wrap
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from msgspec import Struct
 
@@ -71,7 +71,7 @@ class Table(Struct, frozen=True, eq=False):
 
 
 def worded_table(
-    say: Callable[..., str], macro: str, kinds: str, rows: Iterable[Sequence[str]], *values: Any, note: str = ""
+    say: Callable[..., str], macro: str, kinds: str, rows: Iterable[Sequence[str]], *values: object, note: str = ""
 ) -> Table:
     """Make a table whose caption and heads are said by one macro, with bars between them.
 

@@ -109,13 +109,13 @@ def environment_of(
         As Jinja has it.
     """
 
-    def phrased(value: Any) -> Any:
+    def phrased(value: object) -> Any:
         return value.words(templates) if isinstance(value, Phrase) else value
 
     # Given the context, it is called when a template is filled, also for what is constant: compiled templates then
     # depend on none of our code.
     @pass_context
-    def written(_: Any, value: Any) -> str:
+    def written(_: object, value: object) -> str:
         return finalize(phrased(value))
 
     read_as: dict[str, Any] = {
@@ -201,7 +201,7 @@ class Words:
     def __init__(self, name: str, templates: Path | None = None) -> None:
         self.file, self.templates = f"words/{name}.j2", templates
 
-    def __call__(self, macro: str, *values: Any) -> str:
+    def __call__(self, macro: str, *values: object) -> str:
         """What a macro says of what it is given.
 
         Raises

@@ -30,7 +30,7 @@ SEED = 20190301
 """Seed of the rows that are compared, equal in every run."""
 
 
-def require_finite(value: Any, name: str = "result") -> None:
+def require_finite(value: object, name: str = "result") -> None:
     """Look for NaN and inf in everything that a result holds; FloatingPointError names the place."""
     if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
         if not np.isfinite(value).all():

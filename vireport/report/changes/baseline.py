@@ -49,7 +49,7 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     return dict(earlier.results)
 
 
-def require_comparable(baseline: Any, name: str) -> None:
+def require_comparable(baseline: object, name: str) -> None:
     """Raise UsageError unless a baseline can be compared: with itself, as its numbers may overflow in a formula."""
     results = read_results(baseline, name)
     _changed_rows(results, results, RELATIVE, name)
@@ -118,14 +118,14 @@ def _since_baseline(row: ComparisonRow) -> ComparisonRow:
     return replace(row, name=name, cells=cells, change=change, differs=True, said=said)
 
 
-def _visible(name: Any) -> Any:
+def _visible(name: object) -> Any:
     """A name with the texts of a baseline as inert text."""
     if isinstance(name, Said):
         return replace(name, values=tuple(map(_visible, name.values)))
     return visible(name, LONGEST_TEXT) if isinstance(name, str) else name
 
 
-def _plain(value: Any) -> float | str | None:
+def _plain(value: object) -> float | str | None:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if isinstance(value, list | tuple):

@@ -112,7 +112,7 @@ def rerun_text(baseline: Mapping[str, Any], study: Study, name: str, templates: 
     return "\n".join([different.words(templates), *changes])
 
 
-def unequal(old: Any, new: Any, path: str = "") -> Iterator[str]:
+def unequal(old: object, new: object, path: str = "") -> Iterator[str]:
     """Find the paths of the values of two results, as data, that are not exactly the same."""
     if isinstance(old, Mapping) and isinstance(new, Mapping):
         for key in dict.fromkeys([*new, *old]):
