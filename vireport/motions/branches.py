@@ -160,8 +160,16 @@ def family_of(sweep: Sweep, motions: Motions, marks: Iterable[Mark]) -> Family:
     velocity = np.stack([motions.velocity_bottom, motions.velocity_top], axis=1)
     x = np.column_stack([velocity, start, start + 2 * n * (0.5 + motions.u), sweep.coordinate(motions)])
     trace = np.where((velocity == 0).any(axis=1), np.nan, motions.trace)
-    curve = Curve.over_sweep(Word((1, -1), n), model_of(sweep, FLOATS), *sweep.coordinate_range)
-    return Family(0, sweep, curve, x, trace, motions.sweep_value, motions.admissible_mask, tuple(marks))
+    return Family(
+        number=0,
+        sweep=sweep,
+        curve=Curve.over_sweep(Word((1, -1), n), model_of(sweep, FLOATS), *sweep.coordinate_range),
+        x=x,
+        trace=trace,
+        sweep_value=motions.sweep_value,
+        admissible_mask=motions.admissible_mask,
+        marks=tuple(marks),
+    )
 
 
 def admissible_families(branch: Branch) -> Iterator[Family]:
