@@ -399,6 +399,7 @@ def test_the_two_impacts_differ_by_more_than_colour() -> None:
 
 def test_where_both_impacts_coincide_one_line_says_so() -> None:
     velocity, phase, flight = figure_of("horizontal", "figure-2").axes[:3]
+    assert "both" in texts_of(velocity.figure)
     assert {line.get_color() for line in curves(velocity) + curves(flight)} == {ALIKE["color"]}
     assert {line.get_color() for line in curves(phase)} == {BOTTOM["color"], TOP["color"]}
     assert {line.get_color() for line in curves(figure_of("horizontal", "figure-7").axes[0])} == {ALIKE["color"]}

@@ -112,6 +112,7 @@ def test_records_say_what_they_are_with_units(study_of: Callable[..., Study]) ->
     assert repr(solution.branches[1]).endswith("63 motions, s = 0.59 to 0.75 m, stable for 0.629 to 0.75 m>")
     assert repr(solution.branches[0]).endswith("nowhere stable>")
     assert "2 branches, critical points B1, stable for 0.629 m < s ≤ 0.75 m, DesignPoint s" in repr(solution)
+    assert repr(study.plan).startswith(f"<Plan: {sum(step.runs for step in study.plan.steps)} steps run, ")
     assert repr(study.loaded).startswith("<Loaded ")
     assert repr(load(study.loaded.document.name, {"device.restitution": 0.6})).endswith(" with device.restitution=0.6>")
     (deep,) = (alert for alert in study.alerts if alert.code == "VR010")

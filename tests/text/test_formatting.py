@@ -114,6 +114,7 @@ def test_numbers_that_differ_are_told_apart_by_what_they_differ_by(values: list[
         (12345678.9, OF_A_MODEL, "1.23 × 10⁷"),
         (0.5, 1e-6, "0.5"),
         (0.99999, OF_A_MODEL, "0.99999"),
+        (0.999961, OF_A_MODEL, "0.99996"),
         (-1 - 1e-9, OF_A_MODEL, f"{MINUS}1.000000001"),
         (1.0, OF_A_MODEL, "1"),
         (0.39175999999999994, 1e-12, "0.39176"),

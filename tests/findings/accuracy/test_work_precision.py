@@ -340,12 +340,19 @@ def test_failures_are_shown(inclined) -> None:
         budget.spend(11)
 
     failing = Method("SciPy RK45", Knob.RTOL, (1e-3, 1e-6), missing, wrong, 10)
+
+    def fast(target: BenchmarkProblem, setting: float, budget: Budget) -> SolvedMotion:
+        exact = {name: float(value) for name, value in inclined.exact.items()}
+        return SolvedMotion(exact["phase"], 2 * exact["velocity"], -0.5, 0.6)
+
     two = Method("SciPy Radau", Knob.RTOL, (1e-3, 1e-6), spending, None, 10)
-    work = compare(inclined, (failing, two), 1)
+    three = Method("SciPy LSODA", Knob.RTOL, (1e-3,), fast, None, 10)
+    work = compare(inclined, (failing, two, three), 1)
     reasons = [run.failed for run in work.runs]
     assert reasons[:2] == ["missed the impact at the top"] * 2
     assert all("found something else" in reason for reason in reasons[2:4])
-    assert reasons[4:] == ["budget of 10 evaluations reached", "not tried: a coarser setting spent the budget"]
+    assert reasons[4:6] == ["budget of 10 evaluations reached", "not tried: a coarser setting spent the budget"]
+    assert "found something else, 1 away" in reasons[6]
     assert work.fastest("orbit", 1e-6) == inf
     assert "missed the impact at the top" in plain_text((*measurements(work, every=True), *ranking(work)))
     figure_accuracy(work)

@@ -111,6 +111,7 @@ def test_counts_and_rates_are_those_of_the_impacts(tmp_path: Path) -> None:
     assert found.impacts_per_s.low < found.impacts_per_s.value < found.impacts_per_s.high
     low, high = found.speed_top_m_s.low, found.speed_top_m_s.high
     assert low < found.speeds_m_s[found.walls < 0].mean() < high
+    assert driven_data(found).deepest_m == found.deepest_m > 0
 
 
 def test_a_heavy_ball_never_leaves_the_bottom(tmp_path: Path) -> None:
