@@ -200,6 +200,18 @@ def test_every_cell_may_have_its_own_restitution() -> None:
         np.testing.assert_allclose(each.orbit.u[mine], alone.orbit.u, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize(("r", "n"), [(0.5, 1), (0.8, 3)])
+def test_motions_of_nearly_the_largest_groups_are_found(r: float, n: int) -> None:
+    u, phi = (part.ravel() for part in np.meshgrid(np.linspace(-0.499, 0.499, 400), np.linspace(0, 2 * np.pi, 200)))
+    every = orbits(u, phi, r, n)
+    right = (every.velocity_bottom > 0) & (every.velocity_top < 0) & (every.gbar > 0) & (every.d > 0)
+    for group in (np.where(right, every.d, 0.0), np.where(right, every.gbar, 0.0)):
+        k = np.argmin(np.abs(group - 0.9 * group.max()))
+        found = find_motions(Groups(every.d[[k]], every.gbar[[k]], r), n).orbit
+        off = np.abs(found.u - u[k]) + np.abs(np.sin((found.phi - phi[k]) / 2))
+        assert off.min() < 1e-9
+
+
 def test_where_no_motion_can_be_there_is_none() -> None:
     far = np.array([1e10, 1e-12, 1e300, 0.3])
     motions = find_motions(Groups(far, np.array([0.0, 1e-15, 1e300, 1e8]), 0.5), 1)
