@@ -371,6 +371,14 @@ def test_the_fastest_run_that_is_accurate_enough() -> None:
     assert study.best("a", "orbit", 1e-6).error == 1e-7
 
 
+def test_a_time_is_drawn_from_quartile_to_quartile(inclined) -> None:
+    errors = dict.fromkeys(("velocity", "phase", "voltage"), 1e-7)
+    run = MethodRun(WHOLE, Knob.RTOL, 1e-3, MethodTask.ORBIT, errors, Spread(2.0, 1.0, 6.0), 1)
+    figure = figure_accuracy(WorkPrecision("", inclined, (run,), (), (), Machine("", 1, "", "", ()), 1))
+    bars = figure.axes[0].containers[0][2]
+    assert bars[0].get_segments()[0].tolist() == [[1.0, 1e-7], [6.0, 1e-7]]
+
+
 @pytest.mark.slow
 def test_report_and_figure_name_every_method(work) -> None:
     tables = {table.caption: table for table in (*measurements(work), *ranking(work))}

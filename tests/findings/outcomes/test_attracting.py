@@ -16,7 +16,8 @@ from vireport import analyse, loads
 from vireport.design.solution import Solution
 from vireport.design.switched_on import switched_on_at_once
 from vireport.findings.outcomes.attracting import AttractingMotion, AttractingMotions, attracting_motions
-from vireport.findings.outcomes.returning import Elsewhere, core_of, endings
+from vireport.findings.outcomes.deviations import growth, lap_matrix
+from vireport.findings.outcomes.returning import Core, Elsewhere, core_of, endings, patient
 from vireport.findings.outcomes.shock import shocked
 from vireport.findings.outcomes.withstood import shocks_around
 from vireport.motions.atlas.families import atlas
@@ -119,6 +120,13 @@ def test_of_two_mirror_images_one_is_reached_from_rest_and_both_have_one_least_s
 
 
 @pytest.mark.slow
+def test_a_start_that_passes_next_to_an_unstable_motion_is_waited_for() -> None:
+    groups, stable, unstable, _ = case()
+    (core,) = patient(groups, [Core(stable[0], np.empty((2, 2, 2)), 0.0, 1)], unstable)
+    slowest = min(growth(lap_matrix(groups, motion)) for motion in unstable)
+    assert 1e9 <= slowest ** (core.patience / 2) < 1e9 * slowest  # two impacts a period, from 1e-9 away
+
+
 def test_next_to_a_critical_point_no_share_is_told() -> None:
     """At 5.348 N, B1 being at 5.34924 N."""
     _, found = found_at("inclined", device__length_m=0.75, excitation__amplitude_n=5.348)
