@@ -12,7 +12,6 @@ import sys
 import threading
 import time
 from collections import deque
-from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -31,7 +30,9 @@ def file(tmp_path: Path) -> Path:
 RUN = """
 import sys
 from pathlib import Path
+from vireport.map.cells import workers
 from vireport.map.cells.run import run_map
+workers.WORTH_HELP = 1e-9
 if __name__ == "__main__":
     run_map(sys.argv[1], Path(sys.argv[2]), workers=2, draw=False)
 """
@@ -44,13 +45,16 @@ def wait_until(condition, seconds: float = 60) -> None:
         time.sleep(0.002)
 
 
-def is_running(group: int) -> bool:
-    """Whether a process is left of a process group."""
+def children(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def is_running(pid: int) -> bool:
     try:
-        os.killpg(group, 0)
+        os.kill(pid, 0)
     except ProcessLookupError:
         return False
-    return True
+    return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
 
 
 @pytest.mark.slow
@@ -58,73 +62,78 @@ def test_kill_9_of_a_run_loses_no_chunk_and_leaves_no_process(file: Path, tmp_pa
     file.write_text(TEXT.replace("count: 20", "count: 400"), encoding="utf-8")
     script, out = tmp_path / "run.py", tmp_path / "out"
     script.write_text(RUN, encoding="utf-8")
-    run = subprocess.Popen([sys.executable, str(script), str(file), str(out)], start_new_session=True)
+    run = subprocess.Popen([sys.executable, str(script), str(file), str(out)])
     wait_until(lambda: len(list((out / ".chunks").glob("*.chunk"))) >= 3 or run.poll() is not None)
+    (helper,) = children(run.pid)
     run.kill()
     run.wait()
     assert 3 <= len(list((out / ".chunks").glob("*.chunk"))) < 167
-    wait_until(lambda: not is_running(run.pid))
+    wait_until(lambda: not is_running(helper))
     run_map(str(file), out, workers=1, draw=False)
     run_map(str(file), tmp_path / "calm", workers=1, draw=False)
     assert result(out) == result(tmp_path / "calm")
 
 
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> list[workers.Helper]:
+    """The processes that help with a map for which help pays at once."""
+    helpers: list[workers.Helper] = []
+    begin = workers.begin_helper
+
+    def beginning(*arguments) -> workers.Helper:
+        helpers.append(begin(*arguments))
+        return helpers[-1]
+
+    monkeypatch.setattr(workers, "WORTH_HELP", 1e-9)
+    monkeypatch.setattr(workers, "begin_helper", beginning)
+    return helpers
+
+
 @pytest.mark.slow
-def test_a_killed_worker_is_replaced(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pools: list[ProcessPoolExecutor] = []
+@pytest.mark.parametrize("count", [1, 3])
+def test_same_bytes_on_any_number_of_cores(count: int, file: Path, begun: list[workers.Helper]) -> None:
+    out = file.parent / "out"
+    run_map(str(file), out, workers=count, draw=False)
+    assert result(out) == undisturbed_result()
+    assert sorted(path.name for path in out.iterdir()) == [".lock", "map.parquet", "map.parquet.sha256"]
+    assert [helper.process.returncode for helper in begun] == [0] * (count - 1)
 
-    class Pool(ProcessPoolExecutor):
-        def __init__(self, *arguments: object) -> None:
-            super().__init__(*arguments)
-            pools.append(self)
 
-    killed: list[int] = []
+def test_no_process_is_begun_for_what_takes_less_time(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "WORTH_HELP", 1000.0)
+    monkeypatch.setattr(workers, "begin_helper", None)
+    run_map(str(file), file.parent / "out", workers=8, draw=False)
+    assert result(file.parent / "out") == undisturbed_result()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP])
+def test_chunks_of_a_lost_process_are_computed_by_the_others(
+    fault: signal.Signals, file: Path, begun: list[workers.Helper]
+) -> None:
+    shares: list[int] = []
 
     def progress(done: int, total: int) -> None:
-        if done >= 120 and not killed:
-            killed.append(next(iter(pools[0]._processes)))
-            os.kill(killed[0], signal.SIGKILL)
+        if begun and not shares:
+            shares.append(len(begun[0].chunks))
+            begun[0].process.send_signal(fault)
+            # A process that stands still is lost once somebody ends it.
+            threading.Timer(1.0, begun[0].process.kill).start()
 
-    monkeypatch.setattr(workers, "ProcessPoolExecutor", Pool)
     run_map(str(file), file.parent / "out", workers=2, progress=progress, draw=False)
-    assert killed
+    assert shares == [workers.AHEAD]
+    assert begun[0].process.returncode == -signal.SIGKILL
+    assert len(begun) == 1
     assert result(file.parent / "out") == undisturbed_result()
 
 
-class Killed(ProcessPoolExecutor):
-    """Processes of which the server that begins them is killed as it is asked for the next one."""
-
-    lost: tuple[Exception, ...] = ()
-    begun = 0
-
-    def submit(self, *arguments: object, **named: object) -> Future[object]:
-        Killed.begun += 1
-        if Killed.begun <= len(self.lost):
-            raise self.lost[Killed.begun - 1]
-        return super().submit(*arguments, **named)
-
-
-LOST = EOFError("unexpected EOF"), ConnectionResetError(104, "reset"), BrokenPipeError(32, "broken"), OSError("closed")
-
-
-@pytest.mark.slow
-def test_where_no_process_can_be_begun_all_begin_anew(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workers, "ProcessPoolExecutor", Killed)
-    monkeypatch.setattr(Killed, "lost", LOST)
-    monkeypatch.setattr(Killed, "begun", 0)
+def test_what_fails_in_another_process_is_told_by_this_one(
+    file: Path, begun: list[workers.Helper], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workers, "HELPER", "vireport.no_such_module")
     run_map(str(file), file.parent / "out", workers=2, draw=False)
-    assert Killed.begun > len(LOST)
+    assert begun[0].process.returncode == 1
     assert result(file.parent / "out") == undisturbed_result()
-
-
-def test_where_none_can_ever_be_begun_it_is_told_what_to_do(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workers, "ProcessPoolExecutor", Killed)
-    monkeypatch.setattr(Killed, "lost", LOST * 10)
-    monkeypatch.setattr(Killed, "begun", 0)
-    with pytest.raises(NumericalError, match=r"killed 6 times in a row.*run the same command again") as refused:
-        run_map(str(file), file.parent / "out", workers=2, draw=False)
-    assert refused.value.exit_code == 3
-    assert Killed.begun == 6
 
 
 @pytest.mark.parametrize(

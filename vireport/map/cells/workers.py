@@ -1,31 +1,28 @@
 """Who computes the chunks of a map: this process, the cores of this machine, or the workers of a Dask scheduler.
 
-Processes and cluster are driven through one interface, that of `concurrent.futures` (Dask's own processes on this
-machine would take seconds to start), in any order, with a bounded number of chunks under way, so that memory does not
-grow with the map.
+They are computed in any order, with a bounded number of chunks under way, so that memory does not grow with the map.
 """
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
+import pickle
+import subprocess
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
-from functools import partial
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import closing, contextmanager, suppress
 from importlib import import_module
 from logging import CRITICAL
-from multiprocessing import connection, forkserver, parent_process, resource_tracker
-from multiprocessing.context import BaseContext
-from typing import Any
+from queue import Empty, SimpleQueue
+from threading import Thread
+from typing import IO, Any
 from urllib.parse import urlsplit
 
-from vireport.base import interrupts
+from msgspec import Struct
+
 from vireport.base.errors import NumericalError, UsageError, install_command
 from vireport.base.files import write_whole
 from vireport.map.cells.store import (
@@ -42,8 +39,12 @@ from vireport.map.cells.store import (
 AHEAD = 2
 """Chunks under way for each worker: one that it computes, and one that waits for it."""
 
-MOST_LOSSES = 5
-"""Times in a row that processes may be lost without one chunk done; then something kills them that will not stop."""
+WORTH_HELP = 1.5
+"""Work on one core for which a further process is begun [s]: some three times what it takes to begin, mostly to import
+what it needs. With less to do, two cores would take longer than one."""
+
+HELPER = "vireport.map.cells.helper"
+"""The module that a further process on this machine runs."""
 
 POLL = 2.0
 """Time between two looks at the workers of a cluster [s]."""
@@ -118,118 +119,101 @@ def compute(store: Store, todo: deque[int], scheduler: str | None, workers: int)
     """
     if scheduler is not None and todo:
         yield from _on_cluster(store, todo, scheduler)
-    elif workers > 1:
-        yield from _on_cores(store, todo, workers)
     else:
-        while todo:
-            write_chunk(store, todo[0])
-            yield todo.popleft()
+        yield from _on_cores(store, todo, workers)
 
 
-def _complete(
-    todo: deque[int], submit: Callable[[int], Future[Any]], room: Callable[[], int]
-) -> Iterator[tuple[int, Any]]:
-    """Keep chunks under way until none is left, and yield what each returns.
+class Helper(Struct, frozen=True, eq=False):
+    """A further process on this machine, see `helper`, with the chunks that it is to compute, in their order."""
 
-    `room` says how many may be under way, and is asked at least every `POLL` seconds. Whatever ends the work, the
-    chunks that are not done are in `todo` again.
-    """
-    pending: dict[Future[Any], int] = {}
-    try:
-        while todo or pending:
-            most = room()
-            while todo and len(pending) < most:
-                future = submit(todo[0])
-                pending[future] = todo.popleft()
-            for future in wait(pending, POLL, FIRST_COMPLETED).done:
-                result = future.result()
-                yield pending.pop(future), result
-    finally:
-        todo.extend(pending.values())
+    process: subprocess.Popen[bytes]
+    orders: IO[bytes]
+    reader: Thread
+    chunks: deque[int]
+
+    def send(self, data: bytes) -> None:
+        """Write to the process; where it is lost, the reader of its output says so."""
+        with suppress(OSError):
+            self.orders.write(data)
+            self.orders.flush()
+
+    def end(self) -> None:
+        """Let the process end, after the chunk that it computes."""
+        with suppress(OSError):
+            self.orders.close()
+        self.process.wait()
+        self.reader.join()
 
 
 def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
-    """Compute chunks in processes of this machine; where one is killed, all begin anew."""
-    losses = 0
-    while todo:
-        try:
-            with closing(_until_one_is_lost(store, todo, workers)) as chunks:
-                for number in chunks:
-                    losses = 0
-                    yield number
-        except BrokenProcessPool as error:
-            losses += 1
-            if losses > MOST_LOSSES:
-                raise NumericalError(
-                    f"worker processes were killed {losses} times in a row (out of memory?). {RESUME}, with fewer "
-                    "workers (--workers)"
-                ) from error
+    """Compute chunks in this process and, as soon as that pays, in further ones at the same time.
 
-
-def _until_one_is_lost(store: Store, todo: deque[int], workers: int) -> Generator[int, None, None]:
-    """Compute chunks in processes of this machine as long as all of them live.
-
-    Raises
-    ------
-    BrokenProcessPool
-        Where one of them was killed, or what begins them.
+    How long the rest takes is estimated from the cells that this process has computed. Where another process is lost or
+    fails, the others take over its chunks, in the end this one, which says what is wrong with them.
     """
-    with _losses_told():
-        pool = ProcessPoolExecutor(workers, _context(), _begin_worker)
+    helpers: list[Helper] = []
+    stored: SimpleQueue[tuple[Helper, bool]] = SimpleQueue()
+    begun, cells, seconds = 0, 0, 0.0
 
-    def submit(number: int) -> Future[None]:
-        # A process that is left alone as it starts would end in a traceback.
-        with _losses_told(), interrupts.deferred():
-            future = pool.submit(write_chunk, store, number)
-        interrupts.check()
-        return future
+    def waiting() -> bool:
+        return any(helper.chunks for helper in helpers)
 
     try:
-        for number, _ in _complete(todo, submit, lambda: AHEAD * workers):
-            yield number
+        while todo or waiting():
+            if todo:
+                start = time.perf_counter()
+                write_chunk(store, todo[0])
+                seconds, cells = seconds + time.perf_counter() - start, cells + store.plan.rows(todo[0])
+                yield todo.popleft()
+                left = seconds / cells * sum(map(store.plan.rows, todo))
+                while begun < min(workers - 1, int(left / WORTH_HELP)):
+                    begun += 1
+                    helpers.append(begin_helper(store, stored))
+            with suppress(Empty):
+                while True:
+                    helper, running = stored.get(block=not todo and waiting())
+                    if running:
+                        yield helper.chunks.popleft()
+                    else:
+                        helper.end()
+                        helpers.remove(helper)
+                        todo.extend(helper.chunks)
+            for helper in helpers:
+                # The last chunks are shared out one by one, so that all processes end at nearly the same time.
+                while todo and len(helper.chunks) < (AHEAD if len(todo) > len(helpers) else 1):
+                    helper.chunks.append(todo.popleft())
+                    helper.send(b"%d\n" % helper.chunks[-1])
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        for helper in helpers:
+            helper.end()
 
 
-@contextmanager
-def _losses_told() -> Iterator[None]:
-    """Say of whatever goes wrong as a process is begun that it was lost: what begins them may have been killed."""
-    try:
-        yield
-    except BrokenProcessPool:
-        raise
-    except (EOFError, OSError, RuntimeError) as error:  # of its pipe, which ends in the middle, or is closed
-        raise BrokenProcessPool("no process can be begun") from error
+def begin_helper(store: Store, stored: SimpleQueue[tuple[Helper, bool]]) -> Helper:
+    """Begin a process that computes chunks: it is put into `stored`, with True for each that it has, False at its end.
 
+    It imports what this process would, and Ctrl-C does not reach it.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", HELPER],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        start_new_session=True,
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
 
-def _context() -> BaseContext:
-    """How processes begin: where the system can, as copies of one that has imported everything."""
-    if "forkserver" not in multiprocessing.get_all_start_methods():
-        return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__])
-    # The server inherits that Ctrl-C is held back, which is for this process alone; here it comes once that is started.
-    resource_tracker.ensure_running()  # in its own time, it would no longer be held back
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        forkserver.ensure_running()
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    return context
+    def read(numbers: IO[bytes]) -> None:
+        with numbers:
+            for _ in numbers:
+                stored.put((helper, True))
+        stored.put((helper, False))
 
-
-def _begin_worker() -> None:
-    """Prepare a worker process: Ctrl-C is for the process that started it, with which it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    if parent is not None:
-        sentinel = parent.sentinel
-
-        def watch() -> None:
-            connection.wait([sentinel])
-            os._exit(1)
-
-        threading.Thread(target=watch, daemon=True).start()
+    helper = Helper(process, process.stdin, Thread(target=read, args=(process.stdout,), daemon=True), deque())
+    helper.reader.start()
+    helper.send(pickle.dumps(store))
+    return helper
 
 
 def require_address(scheduler: str) -> None:
@@ -261,16 +245,23 @@ def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]
     with _connected(scheduler) as client:
         needed = (*NEEDED, *(("numba",) if store.plan.needs_numba else ()))
         watch, executor = _Watch(client, scheduler, needed), client.get_executor(pure=False)
-        submit = partial(executor.submit, encoded_chunk, store.plan, store.map_sha256)
-        for number, data in _complete(todo, submit, watch.room):
-            try:
-                read_chunk(store, number, data)
-            except RejectedFileError as error:
-                raise NumericalError(
-                    f"--scheduler {scheduler}: what a worker computed {error} (install the same versions everywhere)"
-                ) from error
-            write_whole(store.chunk(number), data)
-            yield number
+        pending: dict[Future[bytes], int] = {}
+        while todo or pending:
+            most = watch.room()
+            while todo and len(pending) < most:
+                future = executor.submit(encoded_chunk, store.plan, store.map_sha256, todo[0])
+                pending[future] = todo.popleft()
+            for future in wait(pending, POLL, FIRST_COMPLETED).done:
+                number, data = pending.pop(future), future.result()
+                try:
+                    read_chunk(store, number, data)
+                except RejectedFileError as error:
+                    raise NumericalError(
+                        f"--scheduler {scheduler}: what a worker computed {error} (install the same versions "
+                        "everywhere)"
+                    ) from error
+                write_whole(store.chunk(number), data)
+                yield number
 
 
 @contextmanager
