@@ -54,17 +54,18 @@ def test_a_bracket_is_closed_to_a_tolerance_or_better() -> None:
     assert bracketed_root(np.sin, np.empty(0), np.empty(0)).size == 0
 
 
+@pytest.mark.parametrize("guess", [0.0, 0.2, 5.0, 20.0, np.nan])
 @pytest.mark.parametrize("count", [4, 4000])
-def test_newton_steps_stay_in_the_bracket(count: int) -> None:
+def test_newton_steps_stay_in_the_bracket(count: int, guess: float) -> None:
     """On arctan, from far away, they would diverge; a slope of zero is a bisection."""
-    middle = np.linspace(0.1, 9.9, count)
+    middle, start = np.linspace(0.1, 9.9, count), np.full(count, guess)
 
     def function(x: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         away = 50 * (x - middle[which])
         assert np.all((x > 0) & (x < 10))
         return -np.arctan(away), -50 / (1 + away * away)
 
-    zero = newton_root(function, np.zeros(count), np.full(count, 10.0), np.zeros(count, dtype=bool), 1e-15)
+    zero = newton_root(function, np.zeros(count), np.full(count, 10.0), start, np.zeros(count, dtype=bool), 1e-15)
     np.testing.assert_allclose(zero, middle, rtol=0, atol=1e-14)
 
 

@@ -51,9 +51,9 @@ inclination, the nearer to u = 0 its grid has to begin."""
 HORIZONTAL = len(SCALES)
 """Number of the grid for design points without gravity along the capsule, for odd n and membranes that are alike."""
 
-BLOCK_POINTS, BLOCK_VALUES = 8192, 60_000
+BLOCK_POINTS, BLOCK_VALUES = 4096, 30_000
 """Design points whose zeros are refined at once, and samples of G in memory at once: they stay in the processor's
-cache."""
+cache, and what is freed of them in the memory of the process, to be used again."""
 
 FEWEST_SHARING = 64
 """Design points with one restitution, on average, from which it pays to tabulate what they share."""

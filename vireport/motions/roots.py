@@ -113,6 +113,7 @@ def newton_root(
     function: Callable[[Floats, Ints], tuple[Floats, Floats]],
     low: Floats,
     high: Floats,
+    start: Floats,
     rising: NDArray[np.bool_],
     tolerance: float,
 ) -> Floats:
@@ -124,12 +125,14 @@ def newton_root(
         Takes arguments and the numbers of the brackets they belong to, and returns values and derivatives.
     low, high : ndarray
         Lower and upper ends of the brackets.
+    start : ndarray
+        Guesses; where one is not inside its bracket the search begins in the middle.
     rising : ndarray of bool
         Whether the function is positive at the upper end.
     tolerance : float
         Newton step at which a search ends, relative to the zero or to 1.
     """
-    x = root = (low + high) / 2
+    x = root = np.where((start > low) & (start < high), start, (low + high) / 2)
     active = np.arange(len(x))
     for _ in range(MOST_NEWTON_STEPS):
         value, slope = function(x, active)

@@ -134,7 +134,7 @@ def turning_points(
     for bracket in brackets:
         if bracket.which.size:
             part = flights.select(bracket.which)
-            time = _turning_times(part, bracket.low, bracket.high, settled)
+            time = _turning_times(part, bracket, settled)
             covered = part.covered(time)
             yield Turns(bracket.which, time, covered, part.way.d - covered, bracket.back)
 
@@ -148,6 +148,8 @@ class TurnBrackets(NamedTuple):
         Numbers of the flights.
     low, high : ndarray
         Since the beginning of each [t_c].
+    guess : ndarray
+        At the time when they turn [t_c]; it may be outside.
     back : ndarray of bool
         Whether the ball turns back towards the membrane left.
     """
@@ -155,6 +157,7 @@ class TurnBrackets(NamedTuple):
     which: Ints
     low: Floats
     high: Floats
+    guess: Floats
     back: NDArray[np.bool_]
 
 
@@ -181,10 +184,14 @@ def _crossing(flights: ForcedFlights, nearest: bool) -> Iterator[TurnBrackets]:
     index, middle, speed = index[wrong], slowest[wrong], speed[wrong]
     if nearest and times.shape[1] > 2:
         near = _may_be_nearest(flights, index, middle, -speed * np.maximum(since, until)[index])
-        index, middle = index[near], middle[near]
+        index, middle, speed = index[near], middle[near], speed[near]
+    # Next to its extremum Z' is a parabola, of which the size of the second derivative is pi sin(turn).
+    with np.errstate(divide="ignore"):
+        apart = np.sqrt(-2 * speed / (np.pi * np.sin(turn[index])))
     within = np.ones(len(index), dtype=bool)
-    yield TurnBrackets(index, np.maximum(middle - since[index], 0.0), middle, within)
-    yield TurnBrackets(index, middle, np.minimum(middle + until[index], way.duration[index]), ~within)
+    yield TurnBrackets(index, np.maximum(middle - since[index], 0.0), middle, middle - apart, within)
+    end = np.minimum(middle + until[index], way.duration[index])
+    yield TurnBrackets(index, middle, end, middle + apart, ~within)
 
 
 def _laps(way: Flight) -> int:
@@ -245,7 +252,8 @@ def _between(flights: ForcedFlights, still: Floats) -> Iterator[TurnBrackets]:
         # Without restitution a flight begins at rest: what rounding makes of that is no turn.
         speeds[0] = way.direction * way.velocity
     piece, index = np.nonzero(speeds[:-1] * speeds[1:] < 0)
-    yield TurnBrackets(index, times[piece, index], times[piece + 1, index], speeds[piece, index] > 0)
+    low, high = times[piece, index], times[piece + 1, index]
+    yield TurnBrackets(index, low, high, (low + high) / 2, speeds[piece, index] > 0)
 
 
 def _unaccelerated(gbar: Floats, harmonics: Sequence[Harmonic]) -> Floats:
@@ -254,19 +262,17 @@ def _unaccelerated(gbar: Floats, harmonics: Sequence[Harmonic]) -> Floats:
     return unaccelerated_by(different, harmonics)[which.ravel()].T
 
 
-def _turning_times(flights: ForcedFlights, low: Floats, high: Floats, settled: float) -> Floats:
-    """Times at which a monotone Z' is zero, each between two times at which its sign differs."""
-    way, phase = flights.way, flights.phase
+def _turning_times(flights: ForcedFlights, bracket: TurnBrackets, settled: float) -> Floats:
+    """Times at which a monotone Z' is zero, one in each bracket of the flights."""
 
     def speed(t: Floats, which: Ints) -> tuple[Floats, Floats]:
-        part = way if t.size == phase.size else way.select(which)
-        angle = phase[which] + np.pi * t
-        force = wave(np.sin(angle), np.cos(angle), flights.harmonics)
-        return part.speed(t, force.impulse), part.pressing(force.force)
+        part = flights if t.size == flights.phase.size else flights.select(which)
+        angle = part.phase + np.pi * t
+        force = wave(np.sin(angle), np.cos(angle), part.harmonics)
+        return part.way.speed(t, force.impulse), part.way.pressing(force.force)
 
     # Newton, not secants: the slope, Z'', costs one cosine of an angle whose sine is needed anyway.
-    rising = flights.speed(high) > 0
-    return newton_root(speed, low, high, rising, settled)
+    return newton_root(speed, bracket.low, bracket.high, bracket.guess, ~bracket.back, settled)
 
 
 def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = False) -> Iterator[tuple[int, Turns]]:

@@ -17,9 +17,10 @@ from conftest import first
 from map_texts import CHUNKS, TEXT, result, store_in, undisturbed_result, written_map
 
 from vireport.base.errors import OutputError, UsageError
+from vireport.map.cells import store as map_store
 from vireport.map.cells import workers
 from vireport.map.cells.run import run_map
-from vireport.map.cells.store import RejectedFileError, encoded_chunk, is_finished, read_chunk
+from vireport.map.cells.store import RejectedFileError, chunk_or_bytes, encoded_chunk, is_finished, read_chunk
 
 FINISHED = [".lock", "map.parquet", "map.parquet.sha256"]
 
@@ -287,3 +288,23 @@ def test_a_full_disk_is_told_and_the_run_resumed(file: Path, monkeypatch: pytest
     assert not (out / "map.parquet").exists()
     run_map(str(file), out, workers=1, draw=False)
     assert result(out) == undisturbed_result()
+
+
+def test_a_worker_stores_a_chunk_where_it_sees_the_folder_and_otherwise_sends_it(tmp_path: Path) -> None:
+    store = store_in(tmp_path)
+    store.chunks.mkdir()
+    sent = chunk_or_bytes(store, "mark", 2)
+    assert sent == encoded_chunk(store.plan, store.map_sha256, 2)
+    assert not chunk_files(tmp_path)
+    (store.chunks / "mark").touch()
+    assert chunk_or_bytes(store, "mark", 2) is None
+    assert store.chunk(2).read_bytes() == sent
+    store.chunk(3).mkdir()  # no file can be put there
+    assert chunk_or_bytes(store, "mark", 3) == encoded_chunk(store.plan, store.map_sha256, 3)
+
+
+def test_a_chunk_is_the_same_however_many_cells_are_evaluated_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    store = store_in(Path("map"))
+    whole = encoded_chunk(store.plan, store.map_sha256, 1)
+    monkeypatch.setattr(map_store, "PART", 7)
+    assert encoded_chunk(store.plan, store.map_sha256, 1) == whole

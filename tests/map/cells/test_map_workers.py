@@ -165,7 +165,12 @@ def cluster(count: int):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("quiet_dask")
-def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(file: Path) -> None:
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(
+    shared: bool, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not shared:
+        monkeypatch.setattr(Path, "touch", lambda path: None)
     with cluster(2) as dask_cluster:
         killed: list[int] = []
 

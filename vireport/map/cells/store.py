@@ -55,6 +55,11 @@ IDENTITY = b"vireport"
 DIGEST_SIZE = hashlib.sha256().digest_size
 """Bytes before the Parquet bytes of a chunk."""
 
+PART = 8192
+"""Cells of a chunk that are evaluated at once: their arrays stay in the processor's cache. Larger ones would be given
+back to the system after each step, and asked for anew, by workers of Dask, which hold on to hardly any free memory:
+that takes as long as the cells."""
+
 SAMPLE = 1024
 """Cells that are evaluated to estimate the size of a map."""
 
@@ -203,10 +208,11 @@ def writing(folder: Path) -> AbstractContextManager[None]:
 
 
 def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
-    """Compute a chunk, as the bytes of its file; a worker on another machine has no folder of the map."""
+    """Compute a chunk, as the bytes of its file."""
     sink = pa.BufferOutputStream()
-    table = evaluate(plan, plan.numbers(chunk))
-    _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [table])
+    numbers = plan.numbers(chunk)
+    parts = [evaluate(plan, numbers[first : first + PART]) for first in range(0, len(numbers), PART)]
+    _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [pa.concat_tables(parts)])
     data = bytes(sink.getvalue())
     return hashlib.sha256(data).digest() + data
 
@@ -214,6 +220,25 @@ def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
 def write_chunk(store: Store, chunk: int) -> None:
     """Compute a chunk and write its file."""
     write_whole(store.chunk(chunk), encoded_chunk(store.plan, store.map_sha256, chunk))
+
+
+def chunk_or_bytes(store: Store, mark: str, chunk: int) -> bytes | None:
+    """Compute a chunk on any machine, and write its file if the folder of the map is there; otherwise return its bytes.
+
+    Parameters
+    ----------
+    store : Store
+        With an absolute folder.
+    mark : str
+        Name of a file among the chunks, by which their folder is recognised.
+    chunk : int
+    """
+    data = encoded_chunk(store.plan, store.map_sha256, chunk)
+    if (store.chunks / mark).exists():
+        with suppress(OSError):  # as of a folder that may only be read there
+            write_whole(store.chunk(chunk), data)
+            return None
+    return data
 
 
 def _write(sink: Any, plan: MapPlan, metadata: dict[bytes, bytes], row_groups: Iterable[pa.Table]) -> None:

@@ -14,21 +14,25 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import closing, contextmanager, suppress
+from functools import partial
 from importlib import import_module
 from logging import CRITICAL
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import IO, Any
 from urllib.parse import urlsplit
+from uuid import uuid4
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base.errors import NumericalError, UsageError, install_command
 from vireport.base.files import write_whole
 from vireport.map.cells.store import (
     RejectedFileError,
     Store,
-    encoded_chunk,
+    chunk_or_bytes,
     read_chunk,
     require_space,
     stored_chunks,
@@ -240,28 +244,41 @@ def require_address(scheduler: str) -> None:
 def _on_cluster(store: Store, todo: deque[int], scheduler: str) -> Iterator[int]:
     """Compute chunks on the workers of a Dask scheduler, which gives those of a lost worker to another.
 
-    They come back here to be stored: the workers may be on machines that share no disk.
+    Workers that share the folder of the map store them there. The chunks of others come back to be stored here.
     """
-    with _connected(scheduler) as client:
+    mark = store.chunks / f".{uuid4().hex}.chunk.mark"
+    compute_chunk = partial(chunk_or_bytes, replace(store, folder=store.folder.absolute()), mark.name)
+    with _connected(scheduler) as client, _marked(mark):
         needed = (*NEEDED, *(("numba",) if store.plan.needs_numba else ()))
         watch, executor = _Watch(client, scheduler, needed), client.get_executor(pure=False)
-        pending: dict[Future[bytes], int] = {}
+        pending: dict[Future[bytes | None], int] = {}
         while todo or pending:
             most = watch.room()
             while todo and len(pending) < most:
-                future = executor.submit(encoded_chunk, store.plan, store.map_sha256, todo[0])
+                future = executor.submit(compute_chunk, todo[0])
                 pending[future] = todo.popleft()
             for future in wait(pending, POLL, FIRST_COMPLETED).done:
                 number, data = pending.pop(future), future.result()
                 try:
-                    read_chunk(store, number, data)
+                    if data is not None:
+                        read_chunk(store, number, data)
+                        write_whole(store.chunk(number), data)
                 except RejectedFileError as error:
                     raise NumericalError(
                         f"--scheduler {scheduler}: what a worker computed {error} (install the same versions "
                         "everywhere)"
                     ) from error
-                write_whole(store.chunk(number), data)
                 yield number
+
+
+@contextmanager
+def _marked(mark: Path) -> Iterator[None]:
+    """Keep a file in its place meanwhile."""
+    mark.touch()
+    try:
+        yield
+    finally:
+        mark.unlink(missing_ok=True)
 
 
 @contextmanager
