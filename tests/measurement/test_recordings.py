@@ -73,20 +73,18 @@ def test_a_gap_is_kept_and_times_that_were_rounded_are_put_on_a_clock(tmp_path: 
 
 
 MISTAKES = {
-    "empty": ("", "x.csv:1: the first line is empty (allowed: names and units"),
-    "names alone": (f"{HEAD}\n", "x.csv:1: no sample follows the names"),
-    "no names": ("\n".join(ROWS), "the first line names no signal with its unit"),
+    "empty": ("", "x.csv:1: the file is empty (allowed: names and units"),
+    "names alone": (f"{HEAD}\n", "x.csv:1: no lines of numbers were found in it (allowed: text"),
+    "no names": ("\n".join(ROWS), "no column is named as a signal with its unit"),
     "names of an instrument": (
         rows(head='"Time (s)","Acceleration x (m/s^2)","Acceleration y (m/s^2)"'),
-        "x.csv:1: the first line names no signal with its unit (allowed there: names for each column, and numbers "
-        "alone from the second line on; write what its columns are, such as time_s,voltage_v,acceleration_m_s2)",
+        "x.csv: no column is named as a signal with its unit (allowed: names such as time_s,bottom_voltage_v,"
+        "top_voltage_v,acceleration_m_s2; vireport identify --inspect FILE shows what is in it",
     ),
-    "comma at every end": (
-        f"{HEAD}\n" + "".join(f"{row},\n" for row in ROWS),
-        "x.csv:2: the row ends with a comma, and so has a column without a name "
-        f"(write as the first line: {HEAD},unused_4)",
+    "numbers without a name": (
+        f"{HEAD}\n" + "".join(f"{row},1\n" for row in ROWS),
+        "x.csv:1: column 4 has no name (allowed",
     ),
-    "comma at the end of the names": (rows(head=f"{HEAD},"), "column 4 has no name (allowed"),
     "endless first line": ("a," * 100_000 + "\n0,1\n", "x.csv:1: a line of more than 100000 bytes (allowed: a sample"),
     "endless row": (f"{HEAD}\n0,1,2\n" + "1," * 100_000, "x.csv:3: a line of more than 100000 bytes"),
     "no unit": (rows(head="time_s,bottom_voltage,top_voltage_v"), "bottom_voltage: the name has no unit; did you mean"),
@@ -95,35 +93,27 @@ MISTAKES = {
     "misspelt": (rows(head="time_s,botom_voltage_v,top_voltage_v"), "did you mean 'bottom_voltage_v'?"),
     "twice": (rows(head="time_s,top_voltage_v,top_voltage_v"), "top_voltage_v: stands twice (each once)"),
     "two of a kind": (rows(head="time_s,top_voltage_v,top_sound_pa"), "two signals are of the same kind, top"),
-    "no time": (rows(head="voltage_v,unused_1,unused_2"), "one column of times is needed"),
-    "two times": (rows(head="time_s,time_ms,voltage_v"), "one column of times is needed"),
+    "no time": (rows(head="voltage_v,unused_1,unused_2"), "it has no times (allowed: a column of times, as in"),
+    "two times": (rows(head="time_s,time_ms,voltage_v"), "two columns have times (allowed: one"),
     "one membrane": (rows(head="time_s,bottom_voltage_v,unused"), "impacts on both membranes are needed"),
     "both ways": (rows(head="time_s,bottom_voltage_v,voltage_v"), "impacts on both membranes are needed"),
     "nothing": (rows(head="time_s,unused_1,unused_2"), "impacts on both membranes are needed"),
-    "semicolons": (rows().replace(",", ";"), "columns are separated by semicolons (allowed: commas"),
-    "tabs": (rows().replace(",", "\t"), "columns are separated by tabs"),
     "decimal comma": (rows(7, "0,007,1,2"), "x.csv:9: 4 values for 3 columns. A decimal comma?"),
     "too few": (rows(7, "0.007,1"), "x.csv:9: 2 values for 3 columns."),
     "text": (rows(7, "0.007,high,2"), "x.csv:9: bottom_voltage_v: 'high' is not a finite number"),
-    "no value": (rows(7, "0.007,,2"), "x.csv:9: bottom_voltage_v: is empty (allowed: a number"),
-    "NaN": (rows(7, "0.007,nan,2"), "x.csv:9: bottom_voltage_v: 'nan' is not a finite number"),
-    "NaN below blank lines": (rows(7, "\n\n0.007,NaN,2"), "x.csv:11: bottom_voltage_v: 'NaN' is not a finite number"),
-    "infinite": (rows(7, "0.007,1,1e999"), "x.csv:9: top_voltage_v: '1e999' is not a finite number"),
     "no voltage": (
         rows(7, "0.007,1,1e13"),
         "x.csv:9: top_voltage_v: '1e13' is no measured value (allowed: at most 1e+12",
     ),
     "grouped digits": (rows(7, "0.007,1_0,2"), "x.csv:9: bottom_voltage_v: '1_0' is not a finite number"),
-    "NaN time": (rows(7, "nan,1,2"), "x.csv:9: time_s: 'nan' is not a finite number"),
     "unsorted": (rows(7, "0.001,1,2"), "x.csv:9: time_s: '0.001' is not after the time before it"),
-    "same time": (rows(7, "0.006,1,2"), "x.csv:9: time_s: '0.006' is not after the time before it"),
     "no clock": (
         "\n".join([HEAD, *(f"{k}e-300,1,{k % 2}" for k in range(100))]),
         "time: samples are 1e-300 s apart (allowed: 1e-09 to 1e+06 s)",
     ),
     "unequal": (
         "\n".join([HEAD, *(f"{(k / 100) ** 2 + 1e-3},1,{k % 2}" for k in range(100))]),
-        "time_s: the steps are unequal, mostly",
+        "time: the steps are unequal, mostly",
     ),
     "drifting": (
         "\n".join([HEAD, *(f"{k + 1e-4 * k * k},1,{k % 2}" for k in range(300))]),
@@ -143,10 +133,12 @@ def test_a_mistake_is_told_with_what_is_allowed(tmp_path: Path, name: str) -> No
 
 
 def test_bytes_that_are_no_text_and_files_of_other_kinds_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(VireportError, match="byte 0xE9 is not UTF-8"):
+    with pytest.raises(VireportError, match=r"no lines of numbers were found in it \(allowed: text with lines"):
         read(tmp_path, b"time_s,\xe9\n")
-    with pytest.raises(UsageError, match=r"allowed: a file that ends in \.csv, \.wav or \.mat"):
-        read(tmp_path, b"", "x.flac")
+    with pytest.raises(VireportError, match=r"x.csv:2: a zero byte: this is no text \(allowed: text with lines"):
+        read(tmp_path, b"time_s,voltage_v\n0\0,1\n")
+    with pytest.raises(UsageError, match=r"x.csv is FLAC, which is not read \(convert it: ffmpeg -i .*x.csv .*\.wav\)"):
+        read(tmp_path, b"fLaC\0\0\0")
     with pytest.raises(UsageError, match="cannot be read: No such file"):
         read_recording("/nowhere.csv")
 
@@ -267,9 +259,8 @@ def test_a_wav_file_of_the_other_order_and_with_odd_chunks_is_read(tmp_path: Pat
 
 def test_a_file_that_is_no_wav_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.wav.yaml").write_text(NOTES)
-    for data in (b"", b"RIFF", b"RIFF\0\0\0\0WAVEfmt ", bytes(100)):
-        with pytest.raises(UsageError, match="cannot be read as WAV"):
-            read(tmp_path, data, "x.wav")
+    with pytest.raises(UsageError, match="cannot be read as WAV"):
+        read(tmp_path, b"RIFF\0\0\0\0WAVEfmt ", "x.wav")
 
 
 TIMES = np.arange(100) / 1000
@@ -287,8 +278,11 @@ def test_a_matlab_file_is_read_with_times_or_a_rate(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (VECTORS, "either the vector time_s or the number sampling_rate_hz is needed"),
-        (VECTORS | {"time_s": TIMES, "sampling_rate_hz": 1}, "either the vector time_s or"),
+        (VECTORS, "it has no times (allowed: a column of times"),
+        (
+            VECTORS | {"time_s": TIMES, "sampling_rate_hz": 1},
+            "its times are 1 ms apart, and its head says 1 s (allowed",
+        ),
         (VECTORS | {"sampling_rate_hz": -1}, "sampling_rate_hz: is no positive number"),
         (VECTORS | {"sampling_rate_hz": "fast"}, "sampling_rate_hz: is no positive number"),
         (VECTORS | {"time_s": TIMES[1:]}, "vectors of 99 to 100 samples (allowed: all of one length)"),
@@ -305,7 +299,7 @@ def test_variables_that_do_not_fit_are_refused(tmp_path: Path, content: dict[str
 
 def test_matlab_files_that_are_none_are_refused(tmp_path: Path) -> None:
     newer = NEWER + b"\x89HDF\r\n\x1a\n" + bytes(100)
-    for data in (b"", b"MATLAB", bytes(300), newer):
+    for data in (b"MATLAB", NEWER[:200], newer):
         with pytest.raises(UsageError, match=r"cannot be read as a MATLAB file|no variables"):
             read(tmp_path, data, "x.mat")
 
@@ -366,7 +360,7 @@ def test_a_matlab_file_of_version_7_3_is_read_as_an_older_one_is(tmp_path: Path,
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (VECTORS, "either the vector time_s or the number sampling_rate_hz is needed"),
+        (VECTORS, "it has no times (allowed: a column of times"),
         (VECTORS | {"sampling_rate_hz": -1.0}, "sampling_rate_hz: is no positive number"),
         (VECTORS | {"sampling_rate_hz": "fast"}, "sampling_rate_hz: is no positive number"),
         (VECTORS | {"time_s": TIMES[1:]}, "vectors of 99 to 100 samples (allowed: all of one length)"),
@@ -384,7 +378,7 @@ def test_a_matlab_file_of_version_7_3_is_read_as_an_older_one_is(tmp_path: Path,
         ({"voltage_v": h5py.SoftLink("/time_s"), "sampling_rate_hz": 1.0}, "voltage_v: is a link (allowed"),
         (
             {"voltage_v": np.where(TIMES > 0.05, np.nan, 1.0), "sampling_rate_hz": 1.0},
-            "voltage_v: sample 52, nan, is not a",
+            "51 samples of 100 that are numbers (at least 64 are needed",
         ),
         ({"voltage": TIMES, "sampling_rate_hz": 1.0}, "voltage: the name has no unit"),
         ({}, "the file has no variables"),
@@ -401,7 +395,7 @@ def test_variables_of_version_7_3_that_do_not_fit_are_refused(
 def test_without_the_package_a_file_of_version_7_3_names_the_command(tmp_path: Path, monkeypatch) -> None:
     write_newer(tmp_path / "x.mat", VECTORS | {"sampling_rate_hz": 1000.0})
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(UsageError, match=r"needs h5py: pip install 'vireport\[recordings\]'"):
+    with pytest.raises(UsageError, match=r"needs h5py to be read: pip install 'vireport\[recordings\]'"):
         read_recording(str(tmp_path / "x.mat"))
 
 

@@ -222,6 +222,7 @@ def test_plain_data_is_complete_and_in_the_order_of_the_format():
         "simulation": None,
         "motions": None,
         "tolerances": None,
+        "record": None,
         "measured": None,
         "requirements": None,
         "effects": None,
@@ -275,7 +276,7 @@ def test_blocks_that_have_defaults_are_those_that_may_be_empty() -> None:
         if name != "device" and "Block" in str(key.annotation) and not key.is_required()
     }
     assert optional > set(ADDED_IF_FULL)
-    known = {*ADDED_IF_FULL, "accuracy"} & optional
+    known = {*ADDED_IF_FULL, "accuracy", "record"} & optional
     assert {block for block in optional if with_empty(SWEPT, block) is not None} == known
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -25,7 +25,7 @@ from vireport.measurement.records import read_record, record_contents
 from vireport.measurement.shaker import ShakerMotion
 from vireport.measurement.signals import OF_SHAKER, Signals, read_signals, with_shaker
 from vireport.physics.device import RESTITUTIONS
-from vireport.scenario.blocks import Distribution, Scenario, keys_left_out, percent_key, to_dict
+from vireport.scenario.blocks import Distribution, LayoutBlock, Scenario, keys_left_out, percent_key, to_dict
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput
 from vireport.scenario.writing import as_yaml
@@ -129,14 +129,15 @@ def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
     inquiry, signals = inquiry_of(loaded.scenario, request.free, referenced), None
     say(WorkStep("reading the record", 0.0))
     if request.signals is not None:
-        signals = read_signals(request.signals, inquiry, portion(say, 0.0, PICKED_SHARE))
+        keys = loaded.scenario.record
+        signals = read_signals(request.signals, inquiry, portion(say, 0.0, PICKED_SHARE), keys)
         record = signals.record
         if signals.shaker is not None:
             if referenced:
                 raise UsageError("--clock: the record's acceleration gives the phase (leave one of them out)")
             inquiry = with_shaker(inquiry, signals.shaker, signals.picked.delay_s)
     else:
-        record = read_record(str(impacts), float(inquiry.model.device.frequency_hz))
+        record = read_record(str(impacts), float(inquiry.model.device.frequency_hz), keys=_of_impacts(loaded.scenario))
     files = {} if signals is None else {RECORD: _impacts_csv(signals)}
     # What is given may be the file that an earlier run wrote here, and was corrected since.
     data_files = [name for name in DATA if name != RECORD or signals is not None]
@@ -187,7 +188,8 @@ def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
     written = json_bytes(keyed(data), provenance_of(loaded, command))
     files["identified.json"] = written
     if scenario is not None:
-        files["identified.yaml"] = (scenario + _record_text(answer, shaker, referenced)).encode()
+        keys = None if impacts is None else _of_impacts(loaded.scenario)
+        files["identified.yaml"] = (scenario + _record_text(answer, shaker, referenced, keys)).encode()
         if impacts is not None:
             files[RECORD] = record_contents(impacts)
     failure = "" if answer.misfit.accepted else f"the data contradict the model: {WORDS('reason', answer.misfit)}"
@@ -208,9 +210,19 @@ def _text(
     return "\n\n".join([answer, *filter(None, [plain_text(parts)])]) + "\n"
 
 
-def _record_text(answer: Identification, shaker: ShakerMotion | None, referenced: bool) -> str:
+def _of_impacts(scenario: Scenario) -> LayoutBlock | None:
+    """How a file of impacts is read: by the scenario's `record:` block, if it says which column has membranes."""
+    columns = scenario.record.columns if scenario.record is not None else None
+    return scenario.record if columns is not None and columns.membrane is not None else None
+
+
+def _record_text(
+    answer: Identification, shaker: ShakerMotion | None, referenced: bool, keys: LayoutBlock | None
+) -> str:
     """What a scenario says of the record beside it, and of its clock where that knows the force."""
-    record: dict[str, str | float] = {"impacts": RECORD}
+    record: dict[str, Any] = {"impacts": RECORD} | (
+        {} if keys is None else {"record": keys.model_dump(mode="json", exclude_none=True)}
+    )
     if shaker is not None:
         error = next(prior.deviation for prior in answer.inquiry.priors if prior.unknown is Unknown.PHASE)
         record["force_maximum_s"] = shaker.maximum_s
@@ -298,7 +310,9 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
             if item.significant
         ]
     data["tolerances"] = tolerances if "tolerances" not in keys_left_out(Scenario) else None
-    data["measured"] = data["excitation"]["record"] = None  # what was there is of another record, in another folder
+    data["measured"] = data["record"] = data["excitation"]["record"] = (
+        None  # what was there is of another record, in another folder
+    )
     text = as_yaml(data)
     loads(text, "identified.yaml")
     return text

@@ -1,4 +1,4 @@
-"""Vectors of MATLAB files, read only after it is certain that they are in the file and how large they unfold.
+"""Vectors of MATLAB and HDF5 files, read only after it is certain that they are in the file and how large they unfold.
 
 A few kilobytes can stand for gigabytes: packed, never written, or in other files of the machine. What is read is stored
 in the file itself, and unfolds to no more than its budget.
@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import io
 import struct
+import warnings
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
 from math import prod
 from typing import Any
 
 import numpy as np
 
-from vireport.base.errors import UsageError, VireportError, install_command
+from vireport.base.errors import UsageError, VireportError
+from vireport.measurement.tables import LARGEST_FILE_OF_SIGNALS, RecordedTable, Title, Wanted
+from vireport.scenario.blocks import LayoutBlock
 from vireport.text.foreign import visible
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -41,53 +45,177 @@ FILTERS = {ZLIB, 2, 3}
 LONGEST_CLASS = 64
 """Bytes of the name of a class."""
 
-Wanted = Callable[[list[str]], list[str]]
-"""Which of the variables of some names are read; it refuses names that are not known."""
+RATE = "sampling_rate_hz"
+"""Name of the number of samples in a second, among vectors."""
+
+Stored = Callable[[Sequence[int]], Mapping[int, Any]]
+"""From places of variables to their arrays; empty ones stand for what holds no real numbers."""
 
 
-def vectors(name: str, data: bytes, wanted: Wanted, largest: int) -> Mapping[str, Any]:
-    """Arrays of a MATLAB file of any version; empty ones stand for what holds no real numbers.
-
-    Parameters
-    ----------
-    name : str
-        Of the file, for messages.
-    data : bytes
-    wanted : callable
-    largest : int
-        Bytes that it may unfold to at most.
+def read_matlab(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> RecordedTable:
+    """Read the vectors of a MATLAB file up to version 7.
 
     Raises
     ------
     UsageError
         If it is no such file, or what is read is not in it, or larger than its budget.
     """
-    budget = min(largest, max(LEAST_BUDGET, MOST_UNFOLDED * len(data)))
+    from scipy.io import loadmat, whosmat  # type: ignore[import-untyped]
+
+    budget = budget_of(data)
+
+    def read() -> RecordedTable:
+        plain = _unpacked(name, data, budget)
+        kinds = {title: kind for title, _, kind in whosmat(io.BytesIO(plain))}
+        names = list(kinds)
+
+        def stored(places: Sequence[int]) -> Mapping[int, Any]:
+            # Of cells and structures, which may be nested without end, nothing is looked at.
+            numeric = [names[k] for k in places if kinds[names[k]] in NUMERIC]
+            arrays = loadmat(io.BytesIO(plain), variable_names=numeric) if numeric else {}
+            return {k: arrays.get(names[k], NOTHING) for k in places}
+
+        return table_of_vectors(name, "MATLAB file", [Title.of(title) for title in names], stored, wanted)
+
+    return library_read(name, "a MATLAB file", read)
+
+
+def read_hdf5(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> RecordedTable:
+    """Read the vectors of an HDF5 file, among these MATLAB's of version 7.3.
+
+    Raises
+    ------
+    UsageError
+        As `read_matlab`.
+    """
+    import h5py  # type: ignore[import-untyped]
+
+    of_matlab = not data.startswith(HDF5)
+
+    def read() -> RecordedTable:
+        with h5py.File(io.BytesIO(data), "r") as file:
+            # Beside variables there are groups of MATLAB's own, such as #refs#.
+            paths = [title for title in file if not title.startswith("#")] if of_matlab else list(_datasets(file))
+            titles = [Title.of(path, "" if of_matlab else _unit(file[path])) for path in paths]
+
+            def stored(places: Sequence[int]) -> Mapping[int, Any]:
+                budget = budget_of(data)
+                # All of them are looked at before any is read.
+                variables = {k: _variable(f"{name}: {paths[k]}", file, paths[k], of_matlab) for k in places}
+                for k, variable in variables.items():
+                    if variable is not None:
+                        budget -= _unfolded(f"{name}: {paths[k]}", variable, data, budget)
+                return {k: NOTHING if v is None else np.asarray(v[()]).T for k, v in variables.items()}
+
+            kind = "MATLAB file of version 7.3" if of_matlab else "HDF5 file"
+            return table_of_vectors(name, kind, titles, stored, wanted)
+
+    return library_read(name, "a MATLAB file" if of_matlab else "an HDF5 file", read)
+
+
+NOTHING = np.empty(0, dtype=object)
+"""Stands for what holds no real numbers."""
+
+MOST_VARIABLES, DEEPEST = 1000, 5
+"""Datasets of a file, and groups that they are in, up to which they are looked at."""
+
+
+def _datasets(group: Any, before: str = "", depth: int = 0) -> Iterator[str]:
+    """Paths of the datasets of a file; what is behind a link is none."""
+    import h5py
+
+    for title in islice(group, MOST_VARIABLES):
+        if not isinstance(group.get(title, getlink=True), h5py.HardLink):
+            continue
+        inner = group[title]
+        if isinstance(inner, h5py.Dataset):
+            yield f"{before}{title}"
+        elif isinstance(inner, h5py.Group) and depth < DEEPEST:
+            yield from _datasets(inner, f"{before}{title}/", depth + 1)
+
+
+def _unit(stored: Any) -> str:
+    """The unit that an attribute of a dataset states; "" without one."""
+    for attribute in ("unit", "units"):
+        if attribute in stored.attrs and stored.attrs.get_id(attribute).get_storage_size() <= LONGEST_CLASS:
+            text = stored.attrs[attribute]
+            return text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
+    return ""
+
+
+def _variable(name: str, file: Any, path: str, of_matlab: bool) -> Any:
+    """A dataset of real numbers; None of anything else.
+
+    Raises
+    ------
+    UsageError
+        If it is a link.
+    """
+    import h5py
+
+    if not isinstance(file.get(path, getlink=True), h5py.HardLink):
+        raise UsageError(f"{name}: is a link (allowed: the vector itself, in this file)")
+    stored = file[path]
+    is_vector = isinstance(stored, h5py.Dataset) and stored.dtype.kind in "fiu" and stored.shape is not None
+    return stored if is_vector and (not of_matlab or _is_numeric(stored)) else None
+
+
+def budget_of(data: bytes) -> int:
+    """Bytes that a file may unfold to."""
+    return min(LARGEST_FILE_OF_SIGNALS, max(LEAST_BUDGET, MOST_UNFOLDED * len(data)))
+
+
+def library_read(name: str, kind: str, read: Callable[[], RecordedTable]) -> RecordedTable:
+    """Read by a library, which may raise anything of bytes that are no file of its kind.
+
+    Raises
+    ------
+    UsageError
+    """
     try:
-        return (_of_version_7_3 if HDF5 in (data[:8], data[512:520]) else _of_older)(name, data, wanted, budget)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return read()
     except VireportError:
         raise
-    except Exception as error:  # of bytes that are no MATLAB file, it may raise anything
-        raise UsageError(f"{name} cannot be read as a MATLAB file: {visible(str(error), 200)}") from error
+    except Exception as error:
+        raise UsageError(f"{name} cannot be read as {kind}: {visible(str(error), 200)}") from error
+
+
+def table_of_vectors(name: str, kind: str, titles: list[Title], stored: Stored, wanted: Wanted) -> RecordedTable:
+    """A table of named vectors of one length, among which a number of the name `RATE` is its rate.
+
+    Raises
+    ------
+    UsageError
+        If what is wanted is no vector of real numbers, or not as long as the others.
+    """
+    if not titles:
+        raise UsageError(f"{name}: the file has no variables (allowed: vectors named as columns)")
+    signals = [k for k, title in enumerate(titles) if title.name != RATE]
+    places = [signals[k] for k in wanted([titles[k] for k in signals])]
+    of_rate = [k for k, title in enumerate(titles) if title.name == RATE]
+    arrays, columns = stored([*places, *of_rate]), {}
+    for k in places:
+        values = arrays[k]
+        if values.dtype.kind not in "fiu" or values.size != max(values.shape, default=0):
+            raise UsageError(f"{name}: {titles[k].name}: is no vector of real numbers (allowed: one)")
+        columns[signals.index(k)] = np.asarray(values, dtype=float).ravel()
+    if len(lengths := {len(column) for column in columns.values()}) > 1:
+        raise UsageError(f"{name}: vectors of {min(lengths)} to {max(lengths)} samples (allowed: all of one length)")
+    step = 0.0
+    for k in of_rate:
+        rate = arrays[k]
+        if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < (hertz := float(rate.ravel()[0])) < np.inf:
+            raise UsageError(f"{name}: {RATE}: is no positive number (allowed: samples in a second)")
+        step = 1 / hertz
+    return RecordedTable(kind, tuple(titles[k] for k in signals), columns, step)
 
 
 def _too_large(name: str) -> UsageError:
     """The error about a file that unfolds to more than its budget."""
     allowed = f"(allowed: up to {MOST_UNFOLDED} times its size, or {LEAST_BUDGET // 10**6} MB)"
     return UsageError(f"{name}: it unfolds to more than signals that were recorded {allowed}")
-
-
-def _of_older(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapping[str, Any]:
-    """As `vectors`, of a file up to version 7."""
-    from scipy.io import loadmat, whosmat  # type: ignore[import-untyped]
-
-    plain = _unpacked(name, data, budget)
-    kinds = {title: kind for title, _, kind in whosmat(io.BytesIO(plain))}
-    titles = wanted(list(kinds))
-    # Of cells and structures, which may be nested without end, nothing is looked at.
-    numeric = [title for title in titles if kinds[title] in NUMERIC]
-    arrays = loadmat(io.BytesIO(plain), variable_names=numeric) if numeric else {}
-    return {title: arrays[title] if title in numeric else np.empty(0, dtype=object) for title in titles}
 
 
 def _unpacked(name: str, data: bytes, budget: int) -> bytes:
@@ -111,35 +239,6 @@ def _unpacked(name: str, data: bytes, budget: int) -> bytes:
         parts.append(packed)
         place = end
     return b"".join(parts)
-
-
-def _of_version_7_3(name: str, data: bytes, wanted: Wanted, budget: int) -> Mapping[str, Any]:
-    """As `vectors`, of version 7.3: HDF5 behind a block of text, arrays transposed, with attributes for their class."""
-    try:
-        import h5py  # type: ignore[import-untyped]
-    except ImportError as error:
-        needed = f"is a MATLAB file of version 7.3, which needs h5py: {install_command('h5py')}"
-        raise UsageError(f"{name} {needed}") from error
-
-    with h5py.File(io.BytesIO(data), "r") as file:
-        # Beside variables there are groups of MATLAB's own, such as #refs#.
-        titles = wanted([title for title in file if not title.startswith("#")])
-        for title in titles:
-            if not isinstance(file.get(title, getlink=True), h5py.HardLink):
-                raise UsageError(f"{name}: {title}: is a link (allowed: the vector itself, in this file)")
-        stored = {title: file[title] for title in titles}
-        numeric = {
-            title: variable
-            for title, variable in stored.items()
-            if isinstance(variable, h5py.Dataset) and _is_numeric(variable)
-        }
-        # All of them are looked at before any is read.
-        for title, variable in numeric.items():
-            budget -= _unfolded(f"{name}: {title}", variable, data, budget)
-        return {
-            title: np.asarray(numeric[title][()]).T if title in numeric else np.empty(0, dtype=object)
-            for title in titles
-        }
 
 
 def _is_numeric(stored: Any) -> bool:

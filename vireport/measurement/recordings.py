@@ -1,21 +1,18 @@
-"""Raw signals as they were recorded: channels with names and units from CSV, WAV and MATLAB files, read strictly.
+"""Raw signals as they were recorded: channels with names and units from the columns of any file that is read.
 
 A channel is named by what it is: the membrane that it hears, the quantity and the unit, such as ``bottom_voltage_v``.
-Nothing is guessed: without a unit, with a name that is not known, or with times that are not those of a clock, a
-recording is refused, with what is allowed.
+Columns of a file have such names themselves, or a `record:` block says which column is which signal. Nothing is
+guessed: without a unit, or with times that run back, a recording is refused, with what is allowed.
 """
 
 from __future__ import annotations
 
-import io
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from enum import Enum
 from functools import partial
 from itertools import pairwise
-from math import isfinite
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -24,39 +21,27 @@ from msgspec import Struct
 from vireport.base.errors import Mistake, Mistakes, ScenarioError, UsageError, VireportError
 from vireport.base.reading import ANYWHERE, ReadingPlace
 from vireport.base.records import brief
-from vireport.measurement.flights import Array
-from vireport.measurement.matlab import vectors
-from vireport.measurement.records import (
-    LONGEST_LINE,
-    LONGEST_TITLE,
-    first_long_line,
-    no_number,
-    with_line_feeds,
+from vireport.measurement.flights import Array, Mask
+from vireport.measurement.readers import WAV, reader_of
+from vireport.measurement.tables import (
+    LARGEST_FILE_OF_SIGNALS,
+    UNITS,
+    UNUSED,
+    RecordedTable,
+    Title,
+    column_of,
+    unit_size,
 )
-from vireport.measurement.sound_files import read_sound
+from vireport.measurement.text_files import LONGEST_TITLE
+from vireport.scenario.blocks import LayoutBlock
 from vireport.scenario.document import LARGEST_FILE, join
 from vireport.scenario.document import read as read_document
 from vireport.text.foreign import visible
 
-LARGEST_RECORDING = 2_000_000_000
-"""Bytes of a file."""
-
 FEWEST_SAMPLES = 64
-
-UNITS = {
-    "voltage": {"kv": 1e3, "v": 1.0, "mv": 1e-3},
-    "sound": {"pa": 1.0, "v": 1.0, "mv": 1e-3, "fs": 1.0},
-    "acceleration": {"m_s2": 1.0, "g": 9.80665},
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-}
-"""Of each quantity the units that end a column's name, in SI units; fs is the full scale of a sound card."""
 
 ALIKE, CLOSE = 0.6, 0.8
 """Similarities by `difflib` from which a name may be a misspelling of another, and from which it surely is."""
-
-RATE = "sampling_rate_hz"
-UNUSED = "unused"
-"""What the names of channels begin with that are not looked at."""
 
 LIKELY = 12
 """Columns among which names are looked for, and for which they are proposed."""
@@ -70,19 +55,18 @@ MOST_GAPS = 0.001
 UNEVEN = 0.5
 """Steps by which a time may be off an even clock, as those are that were rounded."""
 
+SAME_STEP = 0.01
+"""Share by which the steps of times and that of a file's rate may differ: some of them are rounded."""
+
 FINEST, COARSEST = 1e-9, 1e6
 """Steps that a clock can have [s]."""
 
 LARGEST_VALUE = 1e12
 """Of a signal, in SI units: beyond what is measured, and far below what overflows."""
 
-SIGNALS = "time_s", "voltage_v", "acceleration_m_s2"
-"""Names for the columns of a file that has none, as an example."""
-
-LONGEST_HEAD = 400
-"""Characters of a first line that is proposed."""
-
 EXAMPLE = "time_s,bottom_voltage_v,top_voltage_v,acceleration_m_s2"
+
+HOW = "vireport identify --inspect FILE shows what is in it, and the record: block that says what its columns are"
 
 
 class HeardPlace(Enum):
@@ -107,7 +91,8 @@ def _names() -> Iterator[tuple[str, tuple[HeardPlace | None, float]]]:
     }
     for quantity, units in UNITS.items():
         for head, place in of_quantity.get(quantity, of_membranes).items():
-            yield from ((f"{head}{quantity}_{unit}", (place, size)) for unit, size in units.items())
+            for unit, size in units.items():
+                yield f"{head}{quantity}_{unit.lower().replace('/', '_')}", (place, size)
 
 
 NAMES: Mapping[str, tuple[HeardPlace | None, float]] = dict(_names())
@@ -141,6 +126,23 @@ class Unbroken(Struct, frozen=True):
     start_s: float
 
 
+class FlawKind(Enum):
+    """What is wrong with samples that were left out."""
+
+    MISSING = "missing"
+    REPEATED = "repeated"
+
+
+class Flaw(Struct, frozen=True):
+    """Samples that were left out: how many, and the row and the time of the first, in a signal or "" of times."""
+
+    kind: FlawKind
+    signal: str
+    count: int
+    row: int
+    at_s: float
+
+
 class Recording(Struct, frozen=True, eq=False):
     """The signals of one recording, sampled on one clock.
 
@@ -155,6 +157,9 @@ class Recording(Struct, frozen=True, eq=False):
     channels : tuple of Channel
     uneven_s : float
         By how much times were off an even clock, on which they are put.
+    reading : str
+        As what the file was read.
+    flaws : tuple of Flaw
     """
 
     name: str
@@ -162,6 +167,8 @@ class Recording(Struct, frozen=True, eq=False):
     stretches: tuple[Unbroken, ...]
     channels: tuple[Channel, ...]
     uneven_s: float = 0.0
+    reading: str = ""
+    flaws: tuple[Flaw, ...] = ()
 
     __repr__ = brief
 
@@ -186,14 +193,16 @@ class Recording(Struct, frozen=True, eq=False):
         return tuple(channel for channel in self.channels if channel.place in places)
 
 
-def read_recording(path: str, place: ReadingPlace = ANYWHERE) -> Recording:
-    """Read a recording: a CSV file with times, a WAV file with its notes, or a MATLAB file.
+def read_recording(path: str, place: ReadingPlace = ANYWHERE, keys: LayoutBlock | None = None) -> Recording:
+    """Read a recording from a file of any format that is known by its content.
 
     Parameters
     ----------
     path : str
     place : ReadingPlace, optional
-        Where the file is looked for, and its notes.
+        Where the file is looked for, and the notes of a WAV file.
+    keys : LayoutBlock, optional
+        What its columns are, where they are not named as signals.
 
     Raises
     ------
@@ -202,36 +211,77 @@ def read_recording(path: str, place: ReadingPlace = ANYWHERE) -> Recording:
     ScenarioError
         With what is wrong in it.
     """
-    name = visible(place.path_of(path))
-    readers: Mapping[str, Callable[[str, bytes], Recording]] = {
-        ".csv": _of_csv,
-        ".wav": lambda name, data: _of_wav(name, data, _notes(path, place)),
-        ".mat": _of_mat,
-    }
-    reader = readers.get(Path(path).suffix.lower())
-    if reader is None:
-        raise UsageError(f"{name} is no record of signals (allowed: a file that ends in .csv, .wav or .mat)")
-    return reader(name, place.read(path, LARGEST_RECORDING))
+    keys, name = keys or LayoutBlock(), visible(place.path_of(path))
+    data = place.read(path, LARGEST_FILE_OF_SIGNALS)
+    reader = reader_of(name, data)
+    named = keys.columns is not None
+    notes = _notes(path, place) if reader is WAV and not named else None
+    signals: list[_Signal] = []
+
+    def wanted(titles: Sequence[Title]) -> list[int]:
+        if notes is not None:
+            signals.extend(_noted(notes, titles))
+        else:
+            signals.extend(_mapped(name, titles, keys) if named else _named(name, titles))
+        return [signal.column for signal in signals]
+
+    table = reader.read(name, data, keys, wanted)
+    return _recorded(name, table, signals, keys)
 
 
-def _refused(name: str, path: str, message: str, line: int = 1) -> VireportError:
-    """An error about a part of a file: at a line of a text, by name and path of others."""
-    if name.lower().endswith((".wav", ".mat")):
-        return UsageError(f"{name}: {path}: {message}" if path else f"{name}: {message}")
-    return ScenarioError(name, [Mistake(line, path, message)])
+class _Signal(NamedTuple):
+    """A signal by its name, its column in the file, and the size of 1 there in SI units."""
+
+    name: str
+    column: int
+    size: float
 
 
-def _require_names(name: str, titles: list[str], timed: bool) -> None:
+def _refused(name: str, path: str, message: str) -> UsageError:
+    """An error about a part of a file."""
+    return UsageError(f"{name}: {path}: {message}" if path else f"{name}: {message}")
+
+
+def _named(name: str, titles: Sequence[Title]) -> list[_Signal]:
+    """The signals of a file whose columns are named as such."""
+    names = [title.name for title in titles]
+    _require_names(name, names)
+    return [_Signal(title, k, NAMES[title][1]) for k, title in enumerate(names) if title in NAMES]
+
+
+def _mapped(name: str, titles: Sequence[Title], keys: LayoutBlock) -> list[_Signal]:
+    """The signals of a file whose columns a `record:` block says.
+
+    Raises
+    ------
+    UsageError
+        If a column is not there, or its unit is not stated, or none of its signal's quantity.
+    """
+    signals = []
+    for signal in type(keys.columns).model_fields if keys.columns is not None else ():
+        block = getattr(keys.columns, signal)
+        if block is None:
+            continue
+        path = f"record.columns.{signal}"
+        if signal not in NAMES:
+            raise UsageError(f"{path}: is of a file of impacts (allowed here: signals, such as acceleration_m_s2)")
+        k = column_of(f"{name}: {path}.column", block, titles)
+        size = unit_size(f"{name}: {path}.unit", signal, block, titles[k])
+        signals.append(_Signal(signal, k, size * block.scale * block.sign))
+    of_time = [k for k, title in enumerate(titles) if title.unit in UNITS["time"]]
+    if keys.columns is not None and keys.columns.time_s is None and keys.sampling_rate_hz is None and of_time:
+        if len(of_time) > 1:
+            named = ", ".join(visible(titles[k].name) for k in of_time)
+            raise _refused(name, "record.columns.time_s", f"is needed: {named} all have times (allowed: one of them)")
+        unit = titles[of_time[0]].unit
+        assert unit is not None
+        signals.append(_Signal("time_s", of_time[0], UNITS["time"][unit]))
+    _require_signals(name, [NAMES[signal.name][0] for signal in signals])
+    return signals
+
+
+def _require_names(name: str, titles: list[str]) -> None:
     """Refuse names that are not those of channels, or channels that do not tell impacts on both membranes.
-
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    titles : list of str
-        The names.
-    timed : bool
-        Whether one of them must be of times.
 
     Raises
     ------
@@ -241,14 +291,9 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
     mistakes, hinted = Mistakes(), set[str]()
     taken = [title for title in titles if not title.startswith(UNUSED)]
     # What has no names at all, of which nothing is shown: it may be a file that was not meant to be read.
-    if timed and taken and not any(title in NAMES or _meant(title, CLOSE) for title in taken[:LIKELY]):
-        count = max(len(titles), 2)
-        line = ",".join((*SIGNALS, *(f"{UNUSED}_{k}" for k in range(1, LIKELY)))[:count])
+    if not any(title in NAMES or _meant(title, CLOSE) for title in taken[:LIKELY]):
         raise _refused(
-            name,
-            "",
-            "the first line names no signal with its unit (allowed there: names for each column, and numbers alone "
-            f"from the second line on; write what its columns are, such as {line})",
+            name, "", f"no column is named as a signal with its unit (allowed: names such as {EXAMPLE}; {HOW})"
         )
     for column, title in enumerate(titles, 1):
         if title in taken and title not in NAMES:
@@ -258,11 +303,18 @@ def _require_names(name: str, titles: list[str], timed: bool) -> None:
             mistakes.add(1, visible(title[:LONGEST_TITLE]), "stands twice (each once)")
     if mistakes:
         raise ScenarioError(name, mistakes.reported, mistakes.more)
-    places = [NAMES[title][0] for title in taken]
-    if timed and places.count(None) != 1:
-        raise _refused(
-            name, "", f"one column of times is needed (allowed: time_s, time_ms or time_us, as in {EXAMPLE})"
-        )
+    _require_signals(name, [NAMES[title][0] for title in taken])
+
+
+def _require_signals(name: str, places: list[HeardPlace | None]) -> None:
+    """Refuse signals that do not tell impacts on both membranes, or of which two are of one kind.
+
+    Raises
+    ------
+    UsageError
+    """
+    if places.count(None) > 1:
+        raise _refused(name, "", f"two columns have times (allowed: one, as in {EXAMPLE})")
     for place in HeardPlace:
         if places.count(place) > 1:
             raise _refused(name, "", f"two signals are of the same kind, {place.value} (allowed: one of each)")
@@ -302,85 +354,110 @@ def _unknown(title: str, column: int, hinted: set[str]) -> str:
     return f"the name {'has no unit' if _lacking_unit(title) else 'is no signal with a unit'}{hint} {allowed}"
 
 
-Located = Callable[[int], tuple[int, Callable[[str], str]]]
-"""From the number of a sample to its line in the file, and to the cell there under a column's name."""
-
-
-class _Source(NamedTuple):
-    """A file of signals as messages name it: its name, and its lines and cells where it is a text."""
-
-    name: str
-    located: Located | None = None
-
-    def refused(self, title: str, row: int, number: float, message: str) -> VireportError:
-        """An error about a sample: its line and cell where the file has some, or else its number and value."""
-        if self.located is None:
-            return _refused(self.name, title, f"sample {row + 1}, {number!r}, {message}")
-        line, cell = self.located(row)
-        return _refused(self.name, title, f"'{visible(cell(title)[:LONGEST_TITLE])}' {message}", line)
-
-
-def _recorded(
-    source: _Source, titles: list[str], columns: list[Array], times: Array | None, rate_hz: float
-) -> Recording:
-    """Make a recording of the columns of a file, whose names are those of channels.
-
-    Parameters
-    ----------
-    source : _Source
-    titles : list of str
-        Names of the columns.
-    columns : list of Array (n,)
-        In the units of their names.
-    times : Array (n,) or None
-        Of the samples [s].
-    rate_hz : float
-        At which they were taken, without times.
+def _recorded(name: str, table: RecordedTable, signals: Sequence[_Signal], keys: LayoutBlock) -> Recording:
+    """Make a recording of the signals in a table.
 
     Raises
     ------
     UsageError, ScenarioError
         If a sample is no measured value, there are too few, or the times are not those of a clock.
     """
-    name, channels = source.name, []
-    for title, column in zip(titles, columns, strict=True):
-        if title not in NAMES:
+    values = {signal: table.columns[signal.column] * signal.size for signal in signals}
+    of_time = [signal for signal in signals if NAMES[signal.name][0] is None]
+    step = 1 / keys.sampling_rate_hz if keys.sampling_rate_hz else table.step_s
+    if of_time and keys.sampling_rate_hz:
+        raise UsageError(f"{name}: has times, and record.sampling_rate_hz is given (leave one of them out)")
+    if not of_time and not step:
+        how = f"a column of times, as in {EXAMPLE}; a rate in the file; or record.sampling_rate_hz"
+        raise _refused(name, "", f"it has no times (allowed: {how})")
+    count = len(next(iter(values.values())))
+    if of_time:
+        times: Array = values[of_time[0]]
+    else:
+        _require_clock(name, step)
+        times = np.asarray(table.start_s + step * np.arange(count), dtype=np.float64)
+    kept, flaws = np.ones(count, dtype=bool), []
+    for signal, column in values.items():
+        # Both extremes are finite if all samples are: records are long, and most need no array of flags.
+        if np.isfinite(column.max(initial=0.0)) and np.isfinite(column.min(initial=0.0)):
             continue
-        place, size = NAMES[title]
-        with np.errstate(over="ignore"):
-            values = column if size == 1.0 else column * size
-        # Both extremes are not finite if any sample is not: records are long, and most need no array of flags.
-        largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
-        if not isfinite(largest):
-            row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise source.refused(title, row, float(column[row]), "is not a finite number (allowed: finite ones)")
+        lost = ~np.isfinite(column)
+        flaws.append(_flaw(FlawKind.MISSING, signal.name, lost, times))
+        kept &= ~lost
+    if of_time and (again := _repeated(times, kept)).any():
+        flaws.append(_flaw(FlawKind.REPEATED, "", again, times))
+        kept &= ~again
+    if flaws:
+        values, times = {signal: column[kept] for signal, column in values.items()}, times[kept]
+    if len(times) < FEWEST_SAMPLES:
+        few = f"{len(times)} samples" + (f" of {count} that are numbers" if flaws else "")
+        raise _refused(name, "", f"{few} (at least {FEWEST_SAMPLES} are needed, and seconds of them for use)")
+    channels, rows = [], np.flatnonzero(kept) if flaws else None
+    for signal, column in values.items():
+        place = NAMES[signal.name][0]
         if place is None:
             continue
-        if largest > LARGEST_VALUE:
-            row, allowed = int(np.abs(values).argmax()), f"(allowed: at most {LARGEST_VALUE:g} in SI units)"
-            raise source.refused(title, row, float(column[row]), f"is no measured value {allowed}")
-        channels.append(Channel(title, place, values))
-    count = len(channels[0].values)
-    if count < FEWEST_SAMPLES:
-        raise _refused(name, "", f"{count} samples (at least {FEWEST_SAMPLES} are needed, and seconds of them for use)")
-    if times is None:
-        _require_clock(name, 1 / rate_hz)
-        return Recording(name, 1 / rate_hz, (Unbroken(0, count, 0.0),), tuple(channels))
-    title = next(title for title in titles if _is_of_times(title))
-    step, stretches, uneven = _clock(source, title, times)
-    return Recording(name, step, stretches, tuple(channels), uneven)
+        if max(float(column.max()), -float(column.min())) > LARGEST_VALUE:
+            row, allowed = int(np.abs(column).argmax()), f"(allowed: at most {LARGEST_VALUE:g} in SI units)"
+            raise _of_sample(
+                name, table, signal, row if rows is None else int(rows[row]), f"is no measured value {allowed}"
+            )
+        channels.append(Channel(signal.name, place, column))
+    reading = f"{table.reading}, {count:,} samples"
+    if not of_time and not flaws:
+        parts = (Unbroken(0, count, table.start_s),)
+        return Recording(name, step, parts, tuple(channels), reading=f"{reading} at {_seconds(step)}")
+    try:
+        step, stretches, uneven = _clock(name, times)
+    except _RunsBack as error:
+        row = error.row if rows is None else int(rows[error.row])
+        message = "is not after the time before it (allowed: ascending times, written with enough digits)"
+        raise _of_sample(name, table, of_time[0], row, message) from None
+    if of_time and table.step_s and abs(step / table.step_s - 1) > SAME_STEP:
+        what = f"its times are {_seconds(step)} apart, and its head says {_seconds(table.step_s)}"
+        raise _refused(name, "", f"{what} (allowed: times and a rate that agree; leave out record.columns.time_s)")
+    reading = f"{reading} at {_seconds(step)}"
+    return Recording(name, step, stretches, tuple(channels), uneven, reading, tuple(flaws))
 
 
-def _is_of_times(title: str) -> bool:
-    """Whether a column of some name has times."""
-    return title in NAMES and NAMES[title][0] is None
+def _seconds(step: float) -> str:
+    """A time between samples for the sentence that says how a file was read."""
+    size, unit = next((pair for pair in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")) if step >= pair[0]), (1e-9, "ns"))
+    return f"{step / size:.6g} {unit}"
 
 
-def _times(titles: list[str], columns: list[Array]) -> Array:
-    """The times [s] among the columns of a file, of which one has times."""
-    title, column = next(pair for pair in zip(titles, columns, strict=True) if _is_of_times(pair[0]))
-    with np.errstate(over="ignore"):
-        return column * NAMES[title][1]
+def _flaw(kind: FlawKind, signal: str, where: Mask, times: Array) -> Flaw:
+    """Samples that are left out, of a signal."""
+    row = int(np.flatnonzero(where)[0])
+    # The time itself may be what is missing.
+    at = float(times[row]) if np.isfinite(times[row]) else float(np.nanmin(times[row:], initial=np.inf))
+    return Flaw(kind, signal, int(where.sum()), row, at)
+
+
+def _repeated(times: Array, kept: Mask) -> Mask:
+    """Whether a time is that of the sample before it that is kept."""
+    again = np.zeros(len(times), dtype=bool)
+    rows = np.flatnonzero(kept)
+    again[rows[1:]] = np.diff(times[rows]) == 0
+    return again
+
+
+def _of_sample(name: str, table: RecordedTable, signal: _Signal, row: int, message: str) -> VireportError:
+    """An error about a sample: its line and cell where the file has some, or else its number and value."""
+    title = table.titles[signal.column].name or signal.name
+    if table.located is None:
+        number = float(table.columns[signal.column][row])
+        return _refused(name, visible(title), f"sample {row + 1}, {number!r}, {message}")
+    line, cell = table.located(row)
+    shown = visible(cell(signal.column)[:LONGEST_TITLE])
+    return ScenarioError(name, [Mistake(line, visible(title[:LONGEST_TITLE]), f"'{shown}' {message}")])
+
+
+class _RunsBack(Exception):
+    """Times run back at a row."""
+
+    def __init__(self, row: int) -> None:
+        self.row = row
 
 
 def _require_clock(name: str, step: float) -> None:
@@ -394,7 +471,7 @@ def _require_clock(name: str, step: float) -> None:
         raise _refused(name, "time", f"samples are {step:.3g} s apart (allowed: {FINEST:g} to {COARSEST:g} s)")
 
 
-def _clock(source: _Source, title: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]:
+def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]:
     """The step of times [s], the stretches without gaps, and the largest distance of a time from an even clock [s].
 
     Raises
@@ -402,11 +479,9 @@ def _clock(source: _Source, title: str, times: Array) -> tuple[float, tuple[Unbr
     UsageError, ScenarioError
         If the times do not ascend at equal steps.
     """
-    name, steps = source.name, np.diff(times)
+    steps = np.diff(times)
     if (steps <= 0).any():
-        row = int(np.flatnonzero(steps <= 0)[0]) + 1
-        message = "is not after the time before it (allowed: ascending times, written with enough digits)"
-        raise source.refused(title, row, float(times[row]), message)
+        raise _RunsBack(int(np.flatnonzero(steps <= 0)[0]) + 1)
     # The median tells gaps from steps, whatever their number. But it has the rounding of one written time, of which the
     # mean of all steps has a part only.
     usual = float(np.median(steps))
@@ -415,7 +490,7 @@ def _clock(source: _Source, title: str, times: Array) -> tuple[float, tuple[Unbr
     even = steps <= GAP * usual
     step = float(steps[even].mean())
     if len(gaps) > max(MOST_GAPS * len(steps), 3):
-        raise _refused(name, title, _unequal(steps))
+        raise _refused(name, "time", _unequal(steps))
     ends = np.concatenate([[0], gaps + 1, [len(times)]]).tolist()
     stretches, worst = [], 0.0
     for first, last in pairwise(ends):
@@ -426,7 +501,7 @@ def _clock(source: _Source, title: str, times: Array) -> tuple[float, tuple[Unbr
         worst = max(worst, float(late.max() - late.min()) / 2)
         stretches.append(Unbroken(first, last, start))
     if worst > UNEVEN * step:
-        raise _refused(name, title, _unequal(steps))
+        raise _refused(name, "time", _unequal(steps))
     return step, tuple(stretches), worst
 
 
@@ -436,115 +511,6 @@ def _unequal(steps: Array) -> str:
     how = f"interpolate the signals at steps of {float(np.median(steps)):.4g} s first, as by cubic splines"
     allowed = f"(allowed: samples at equal steps, with few gaps; {how})"
     return f"the steps are unequal, mostly {low:.4g} to {high:.4g} s {allowed}"
-
-
-def _of_csv(name: str, data: bytes) -> Recording:
-    """Read a recording from the bytes of a CSV file."""
-    data = with_line_feeds(data)
-    end = data.find(b"\n")
-    if (start := first_long_line(data)) is not None:
-        line = data.count(b"\n", 0, start) + 1
-        raise _refused(name, "", f"a line of more than {LONGEST_LINE} bytes (allowed: a sample of each signal)", line)
-    try:
-        head = data[: end if end >= 0 else len(data)].decode("utf-8-sig").strip()
-    except UnicodeDecodeError as error:
-        raise _refused(name, "", _no_utf_8(error)) from None
-    if not head:
-        raise _refused(name, "", f"the first line is empty (allowed: names and units, {EXAMPLE})")
-    for sign, what in ((";", "semicolons"), ("\t", "tabs")):
-        if sign in head and "," not in head:
-            raise _refused(name, "", f"columns are separated by {what} (allowed: commas, and points in numbers)")
-    titles = [title.strip().strip('"').strip() for title in head.split(",")]
-    _require_names(name, titles, timed=True)
-    used = [k for k, title in enumerate(titles) if not title.startswith(UNUSED)]
-    if end < 0 or not data[end:].strip():
-        raise _refused(name, "", f"no sample follows the names (at least {FEWEST_SAMPLES} are needed)")
-    rows = _numbers(name, data, end, titles, used)
-    columns = [np.ascontiguousarray(rows[:, k]) for k in range(len(used))]
-    del rows  # the columns are copies: a long record need not be in memory twice
-    names = [titles[k] for k in used]
-    times = _times(names, columns)
-    return _recorded(_Source(name, partial(_cell_of, data, titles)), names, columns, times, 0.0)
-
-
-def _rows(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """The lines below the first that are not blank, with their numbers."""
-    return ((line, row) for line, row in enumerate(io.BytesIO(data), 1) if line > 1 and row.strip())
-
-
-def _cell_of(data: bytes, titles: list[str], row: int) -> tuple[int, Callable[[str], str]]:
-    """Line of a sample in a file, and what stands there in a column."""
-    line, cells_of_row = next(row_cells for k, row_cells in enumerate(_rows(data)) if k == row)
-    cells = cells_of_row.decode("utf-8", "replace").split(",")
-    return line, lambda title: cells[titles.index(title)].strip()
-
-
-def _no_utf_8(error: UnicodeDecodeError) -> str:
-    """Message about a byte that is no UTF-8."""
-    return f"byte 0x{error.object[error.start]:02X} is not UTF-8 (save the file as CSV in UTF-8)"
-
-
-def _numbers(name: str, data: bytes, end: int, titles: list[str], used: list[int]) -> Array:
-    """Read the numbers of the columns that are used, (n, columns), below the first line, which ends at byte `end`.
-
-    Raises
-    ------
-    ScenarioError
-        With the first row that is wrong.
-    """
-    stream = io.BytesIO(data)
-    stream.seek(end + 1)
-    try:
-        # Of columns that are not used nothing need be a number.
-        some = used if len(used) < len(titles) else None
-        rows = np.loadtxt(stream, delimiter=",", usecols=some, ndmin=2, comments=None, quotechar='"', encoding="utf-8")
-    except (ValueError, UnicodeDecodeError):
-        raise _wrong_row(name, data, titles, used) from None
-    # More values than columns would not be seen where some are not used: a decimal comma makes them.
-    if rows.shape[1] != len(used) or data.count(b",", end) != len(rows) * (len(titles) - 1):
-        raise _wrong_row(name, data, titles, used)
-    return rows
-
-
-def _wrong_row(name: str, data: bytes, titles: list[str], used: list[int]) -> VireportError:
-    """The error about the first row of a file that is no row of numbers."""
-    for line, row in _rows(data):
-        try:
-            cells = row.decode("utf-8").strip().split(",")
-        except UnicodeDecodeError as error:
-            k = row.count(b",", 0, error.start)
-            return _refused(
-                name, visible((titles[k] if k < len(titles) else "")[:LONGEST_TITLE]), _no_utf_8(error), line
-            )
-        if len(cells) == len(titles) + 1 and not cells[-1].strip():
-            named = visible(",".join((*titles, f"{UNUSED}_{len(cells)}")), LONGEST_HEAD)
-            message = (
-                f"the row ends with a comma, and so has a column without a name (write as the first line: {named})"
-            )
-            return _refused(name, "", message, line)
-        if len(cells) != len(titles):
-            comma = " A decimal comma?" if len(cells) > len(titles) else ""
-            message = f"{len(cells)} values for {len(titles)} columns.{comma} (allowed: points in numbers)"
-            return _refused(name, "", message, line)
-        for k in used:
-            cell = cells[k].strip().strip('"').strip()
-            try:
-                numeric = cell.isascii() and "_" not in cell and isfinite(float(cell))
-            except ValueError:
-                numeric = False
-            if not numeric:
-                return _refused(name, titles[k], no_number(cell), line)
-    return _refused(name, "", "rows cannot be read as numbers (allowed: numbers, with commas between columns)")
-
-
-def _of_wav(name: str, data: bytes, notes: Notes) -> Recording:
-    """Read a recording from the bytes of a WAV file and its notes."""
-    sound = read_sound(name, data)
-    if len(sound.channels) != len(notes.full_scales):
-        count = f"names {len(notes.full_scales)} channels, and the file has {len(sound.channels)}"
-        raise _refused(notes.name, "channels", f"{count} (allowed: all of them)", notes.line)
-    columns = [full * samples for full, samples in zip(notes.full_scales.values(), sound.channels, strict=True)]
-    return _recorded(_Source(name), list(notes.full_scales), columns, None, sound.rate_hz)
 
 
 class Notes(Struct, frozen=True):
@@ -590,48 +556,31 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
     keys = document.data
     channels = keys.get("channels") if isinstance(keys, dict) and set(keys) == {"channels"} else None
     if not isinstance(channels, dict) or not channels:
-        raise _refused(file_name, "", f"has no channels (allowed: {allowed})", document.line_of(""))
+        raise _in_notes(file_name, "", f"has no channels (allowed: {allowed})", document.line_of(""))
     titles = list(channels)
-    _require_names(file_name, titles, timed=False)
+    _require_names(file_name, titles)
     line = document.line_of("channels")
-    if any(map(_is_of_times, titles)):
-        raise _refused(file_name, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
+    if any(NAMES.get(title, (HeardPlace.CAPSULE,))[0] is None for title in titles):
+        raise _in_notes(file_name, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
     for title, full in channels.items():
         if isinstance(full, bool) or not isinstance(full, int | float) or not 0 < abs(full) <= LARGEST_VALUE:
             key = join("channels", title)
             value_text = visible(document.written.get(key, "a block of keys or a list"), LONGEST_TITLE)
             value_text = f"'{value_text}'" if isinstance(full, str) and value_text[:1] not in "'\"" else value_text
             message = f"got {value_text} (allowed: full scale in the unit, negative if turned about)"
-            raise _refused(file_name, key, message, document.line_of(key))
+            raise _in_notes(file_name, key, message, document.line_of(key))
     return Notes(file_name, line, {title: float(full) for title, full in channels.items()})
 
 
-def _of_mat(name: str, data: bytes) -> Recording:
-    """Read a recording from the bytes of a MATLAB file."""
+def _in_notes(name: str, path: str, message: str, line: int) -> ScenarioError:
+    """An error about a line of the notes."""
+    return ScenarioError(name, [Mistake(line, path, message)])
 
-    def wanted(titles: list[str]) -> list[str]:
-        names = [title for title in titles if title != RATE]
-        if not names:
-            raise _refused(name, "", f"the file has no variables (allowed: vectors named as columns, {EXAMPLE})")
-        _require_names(name, names, timed=False)
-        return [title for title in titles if not title.startswith(UNUSED)]
 
-    vectors_of_file = vectors(name, data, wanted, LARGEST_RECORDING)
-    used = [title for title in vectors_of_file if title != RATE]
-    columns = []
-    for title in used:
-        values = vectors_of_file[title]
-        if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu" or values.size != max(values.shape):
-            raise _refused(name, title, "is no vector of real numbers (allowed: one)")
-        columns.append(np.asarray(values, dtype=float).ravel())
-    if len(lengths := {len(column) for column in columns}) > 1:
-        raise _refused(name, "", f"vectors of {min(lengths)} to {max(lengths)} samples (allowed: all of one length)")
-    timed = sum(map(_is_of_times, used))
-    if timed + (RATE in vectors_of_file) != 1:
-        raise _refused(name, "", f"either the vector time_s or the number {RATE} is needed (allowed: one of them)")
-    if timed:
-        return _recorded(_Source(name), used, columns, _times(used, columns), 0.0)
-    rate = vectors_of_file[RATE]
-    if rate.size != 1 or rate.dtype.kind not in "fiu" or not isfinite(hertz := float(rate.ravel()[0])) or hertz <= 0:
-        raise _refused(name, RATE, "is no positive number (allowed: samples in a second)")
-    return _recorded(_Source(name), used, columns, None, hertz)
+def _noted(notes: Notes, titles: Sequence[Title]) -> list[_Signal]:
+    """The signals of a WAV file by its notes."""
+    if len(titles) != len(notes.full_scales):
+        count = f"names {len(notes.full_scales)} channels, and the file has {len(titles)}"
+        raise ScenarioError(notes.name, [Mistake(notes.line, "channels", f"{count} (allowed: all of them)")])
+    rows = enumerate(notes.full_scales.items())
+    return [_Signal(title, k, full * NAMES[title][1]) for k, (title, full) in rows if title in NAMES]

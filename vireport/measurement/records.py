@@ -18,10 +18,23 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import Struct
 
-from vireport.base.errors import Mistake, Mistakes, ScenarioError
+from vireport.base.errors import Mistake, Mistakes, ScenarioError, UsageError
 from vireport.base.reading import ANYWHERE, ReadingPlace
 from vireport.base.records import brief
 from vireport.measurement.flights import Array
+from vireport.measurement.tables import column_of, unit_size
+from vireport.measurement.text_files import (
+    LONGEST_CELL,
+    LONGEST_LINE,
+    LONGEST_TITLE,
+    find_layout,
+    first_long_line,
+    head_lines,
+    no_number,
+    plain_text,
+    with_line_feeds,
+)
+from vireport.scenario.blocks import DecimalMark, LayoutBlock
 from vireport.scenario.parameters import Parameter
 from vireport.text.foreign import visible
 
@@ -39,15 +52,9 @@ COLUMNS = TIME, MEMBRANE, *UNUSED, ERROR
 ALIKE = 0.5
 """Similarity by `difflib` from which a name is taken for a misspelt column."""
 
-LONGEST_TITLE, LONGEST_CELL = 60, 40
-"""Characters of a column's name, and of a cell."""
-
 SIDES = {"bottom": 1.0, "top": -1.0}
 LARGEST_RECORD = 50_000_000
 """Bytes; an impact has some 20, so that these are beyond two million, which are read within half a gigabyte."""
-
-LONGEST_LINE = 100_000
-"""Bytes; a row has some tens."""
 
 FEWEST = 3
 """Impacts of which one is between two flights."""
@@ -58,6 +65,10 @@ LONGEST_FLIGHT, SHORTEST_FLIGHT = 20.0, 1e-3
 
 LEAST_STEP = 1e-6
 """In periods of the force: of the digits that the numbers of a time leave, less than any clock's error."""
+
+
+Rows = Iterator[tuple[int, list[str]]]
+"""Cells of lines, with the numbers of these."""
 
 
 class Sweepable(Struct, frozen=True):
@@ -116,7 +127,9 @@ class Record(Struct, frozen=True, eq=False):
         return np.asarray(self.errors / np.median(self.errors))
 
 
-def read_record(path: str, frequency_hz: float, swept: Sweepable | None = None) -> Record:
+def read_record(
+    path: str, frequency_hz: float, swept: Sweepable | None = None, keys: LayoutBlock | None = None
+) -> Record:
     """Read a record of impacts.
 
     Parameters
@@ -127,6 +140,8 @@ def read_record(path: str, frequency_hz: float, swept: Sweepable | None = None) 
         Of the force, by which times in another unit are recognised.
     swept : Sweepable, optional
         A parameter that may have a column, and between what its values must be.
+    keys : LayoutBlock, optional
+        What the columns are, and how they are marked, where it is otherwise.
 
     Raises
     ------
@@ -135,7 +150,7 @@ def read_record(path: str, frequency_hz: float, swept: Sweepable | None = None) 
     ScenarioError
         With the mistakes in it, by their lines.
     """
-    return parse_record(record_contents(path), visible(path), frequency_hz, swept)
+    return parse_record(record_contents(path), visible(path), frequency_hz, swept, keys)
 
 
 def record_contents(path: str, place: ReadingPlace = ANYWHERE) -> bytes:
@@ -149,24 +164,39 @@ def record_contents(path: str, place: ReadingPlace = ANYWHERE) -> bytes:
     return place.read(path, LARGEST_RECORD)
 
 
-def with_line_feeds(data: bytes) -> bytes:
-    """The bytes of a text with its lines ended as on all systems of today; some programs end them by CR alone."""
-    return data.replace(b"\r", b"\n") if b"\n" not in data else data
-
-
-def first_long_line(data: bytes) -> int | None:
-    """Where the first line begins that is too long for a row; None where none is."""
-    start = 0
-    while len(data) - start > LONGEST_LINE:
-        end = data.rfind(b"\n", start, start + LONGEST_LINE)
-        if end < 0:
-            return start
-        start = end + 1
-    return None
-
-
-def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable | None = None) -> Record:
+def parse_record(
+    data: bytes, name: str, frequency_hz: float, swept: Sweepable | None = None, keys: LayoutBlock | None = None
+) -> Record:
     """Read a record from the bytes of a file; see `read_record`."""
+    mistakes = Mistakes()
+    layout, rows = _strict(name, data, swept) if keys is None else _mapped(name, data, keys, swept)
+    times, walls, errors, values, lines = _values(rows, layout, swept, mistakes)
+    if not mistakes:
+        _require_order(times, lines, mistakes)
+    if mistakes:
+        raise ScenarioError(name, mistakes.reported, mistakes.more)
+    if len(times) < FEWEST:
+        count = f"{len(times)} impact{'s' * (len(times) != 1)}"
+        raise _refused(
+            name, lines[-1] if lines else 1, "", f"{count} (at least {FEWEST} are needed, and some tens to be of use)"
+        )
+    stated_errors, swept_values = (np.array(column) if column else None for column in (errors, values))
+    record = Record(name, np.array(times), np.array(walls), layout.unused, swept=swept_values, errors=stated_errors)
+    # Along a sweep of the frequency that of the scenario may be far from all that was recorded.
+    if swept_values is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
+        frequency_hz = float(np.median(swept_values))
+    _require_seconds(record, lines[0], frequency_hz)
+    return record
+
+
+def _strict(name: str, data: bytes, swept: Sweepable | None) -> tuple[_Layout, Rows]:
+    """The columns of a CSV file that are named as those of a record, and its rows.
+
+    Raises
+    ------
+    ScenarioError
+        If it is no such file.
+    """
     if data[:2] in UTF_16:
         raise _refused(name, 1, "", "the file is UTF-16 (allowed: save it as CSV in UTF-8)")
     data = with_line_feeds(data)
@@ -186,32 +216,55 @@ def parse_record(data: bytes, name: str, frequency_hz: float, swept: Sweepable |
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise _refused(name, line, "", "a zero byte: this is no text (allowed: CSV in UTF-8)")
+    rows = _lines_of(name, text)
+    return _columns(rows, name, swept), rows
+
+
+def _lines_of(name: str, text: str) -> Rows:
+    """The rows of a text with commas, with the numbers of their lines.
+
+    Raises
+    ------
+    ScenarioError
+        Where a quote is not closed: the file ends before the row does.
+    """
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    # A row in which a quoted cell has line breaks ends some lines further down.
-    rows = ((reader.line_num, row) for row in reader)
-    mistakes = Mistakes()
     try:
-        layout = _columns(rows, name, swept)
-        times, walls, errors, values, lines = _values(rows, layout, swept, mistakes)
+        # A row in which a quoted cell has line breaks ends some lines further down.
+        yield from ((reader.line_num, row) for row in reader)
     except csv.Error as error:
-        # Where a quote is not closed, the file ends before the row does.
         raise _refused(name, reader.line_num, "", f"{error} (allowed: CSV with commas)") from None
-    if not mistakes:
-        _require_order(times, lines, mistakes)
-    if mistakes:
-        raise ScenarioError(name, mistakes.reported, mistakes.more)
-    if len(times) < FEWEST:
-        count = f"{len(times)} impact{'s' * (len(times) != 1)}"
-        raise _refused(
-            name, lines[-1] if lines else 1, "", f"{count} (at least {FEWEST} are needed, and some tens to be of use)"
-        )
-    stated_errors, swept_values = (np.array(column) if column else None for column in (errors, values))
-    record = Record(name, np.array(times), np.array(walls), layout.unused, swept=swept_values, errors=stated_errors)
-    # Along a sweep of the frequency that of the scenario may be far from all that was recorded.
-    if swept_values is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
-        frequency_hz = float(np.median(swept_values))
-    _require_seconds(record, lines[0], frequency_hz)
-    return record
+
+
+def _mapped(name: str, data: bytes, keys: LayoutBlock, swept: Sweepable | None) -> tuple[_Layout, Rows]:
+    """The columns of a record that a `record:` block says, and its rows.
+
+    Raises
+    ------
+    UsageError, ScenarioError
+        If the layout is not found, or the columns are not in it.
+    """
+    data = plain_text(name, data)
+    text = find_layout(name, head_lines(data, keys.skip_rows or 0), keys)
+    places = {title.name: k for k, title in enumerate(text.titles) if title.name}
+    unit = 1.0
+    for signal in (TIME, MEMBRANE):
+        block = getattr(keys.columns, signal) if keys.columns is not None else None
+        if block is not None:
+            path = f"{name}: record.columns.{signal}"
+            places[signal] = column_of(f"{path}.column", block, text.titles)
+            if signal == TIME:
+                unit = block.scale * unit_size(f"{path}.unit", TIME, block, text.titles[places[TIME]])
+        elif signal not in places:
+            raise UsageError(f"{name}: record.columns.{signal}: is needed, as no column has this name")
+    rows = (
+        (line, text.split(row))
+        for line, row in enumerate(data.decode("utf-8", "replace").split("\n"), 1)
+        if line > text.first
+    )
+    known = {*COLUMNS, *(() if swept is None else (swept.parameter.value,))}
+    places = {title: k for title, k in places.items() if title in known}
+    return _Layout(places, tuple(x for x in UNUSED if x in places), text.cells, unit, text.decimal), rows
 
 
 def _refused(name: str, line: int, path: str, message: str) -> ScenarioError:
@@ -220,14 +273,29 @@ def _refused(name: str, line: int, path: str, message: str) -> ScenarioError:
 
 
 class _Layout(NamedTuple):
-    """The columns of a record: their places by name, those whose numbers are not used, and how many there are."""
+    """The columns of a record.
+
+    Attributes
+    ----------
+    places : dict of str to int
+        By name.
+    unused : tuple of str
+        Those whose numbers are not used.
+    columns : int
+        How many there are.
+    unit_s : float
+        Unit of the times [s].
+    decimal : DecimalMark
+    """
 
     places: dict[str, int]
     unused: tuple[str, ...]
     columns: int
+    unit_s: float = 1.0
+    decimal: DecimalMark = DecimalMark.POINT
 
 
-def _columns(rows: Iterator[tuple[int, list[str]]], name: str, swept: Sweepable | None) -> _Layout:
+def _columns(rows: Rows, name: str, swept: Sweepable | None) -> _Layout:
     """Read the head of a record, its first line that is not blank.
 
     Raises
@@ -273,7 +341,7 @@ def _unknown(title: str, allowed: tuple[str, ...]) -> str:
 
 
 def _values(
-    rows: Iterator[tuple[int, list[str]]], layout: _Layout, swept: Sweepable | None, mistakes: Mistakes
+    rows: Rows, layout: _Layout, swept: Sweepable | None, mistakes: Mistakes
 ) -> tuple[list[float], list[float], list[float], list[float], list[int]]:
     """Read the impacts of a record, a row each.
 
@@ -305,6 +373,8 @@ def _values(
         if len(row) != head:
             mistakes.add(line, "", partial(_wrong_count, row, head))
             continue
+        if layout.decimal is DecimalMark.COMMA:
+            row = [cell.replace(",", ".") for cell in row]
         number = _number(row[time], line, TIME, mistakes)
         side = SIDES.get(row[membrane].strip())
         if side is None:
@@ -323,7 +393,7 @@ def _values(
         if error is not None:
             errors.append(error)
         if number is not None and side is not None:
-            times.append(number)
+            times.append(number * layout.unit_s)
             walls.append(side)
             lines.append(line)
     return times, walls, errors, values, lines
@@ -356,13 +426,6 @@ def _number(text: str, line: int, column: str, mistakes: Mistakes) -> float | No
         mistakes.add(line, column, partial(no_number, cell))
         return None
     return value
-
-
-def no_number(text: str) -> str:
-    """Message about a cell that holds no finite number."""
-    hint = "; decimal comma?" if text.count(",") == 1 else ""
-    what = f"'{visible(text[:LONGEST_CELL])}' is not a finite number{hint}" if text else "is empty"
-    return f"{what} (allowed: a number with a decimal point, such as 0.2345)"
 
 
 def _require_order(times: list[float], lines: list[int], mistakes: Mistakes) -> None:

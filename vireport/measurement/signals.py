@@ -18,6 +18,7 @@ from vireport.measurement.records import Record
 from vireport.measurement.shaker import TILTED, ShakerFinding, ShakerMotion, shaker_findings, shaker_motion
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
+from vireport.scenario.blocks import LayoutBlock
 from vireport.scenario.parameters import DesignInput
 
 OF_SHAKER = Unknown.AMPLITUDE, Unknown.FREQUENCY
@@ -54,7 +55,9 @@ class Signals(Struct, frozen=True, eq=False):
         )
 
 
-def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None) -> Signals:
+def read_signals(
+    path: str, inquiry: Inquiry, say: Progress = lambda what: None, keys: LayoutBlock | None = None
+) -> Signals:
     """Read raw signals, pick their impacts and fit the shaker's motion.
 
     Parameters
@@ -64,13 +67,15 @@ def read_signals(path: str, inquiry: Inquiry, say: Progress = lambda what: None)
         Of the scenario, for the frequency that is expected.
     say : callable
         Called with each step as it begins.
+    keys : LayoutBlock, optional
+        How the file is read.
 
     Raises
     ------
     UsageError, ScenarioError
         If the file is malformed, or impacts or the shaker's motion cannot be had of it.
     """
-    recording = read_recording(path)
+    recording = read_recording(path, keys=keys)
     device = inquiry.model.device
     frequency = float(device.frequency_hz)
     shaker = shaker_of(recording, device, say)

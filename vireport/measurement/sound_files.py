@@ -7,11 +7,10 @@ import struct
 import warnings
 
 import numpy as np
-from msgspec import Struct
 
 from vireport.base.errors import UsageError
-from vireport.base.records import brief
-from vireport.measurement.flights import Array
+from vireport.measurement.tables import RecordedTable, Title, Wanted
+from vireport.scenario.blocks import LayoutBlock, RecordedUnit
 from vireport.text.foreign import visible
 
 ORDERS = {b"RIFF": "<", b"RIFX": ">", b"RF64": "<"}
@@ -27,24 +26,8 @@ UNKNOWN = 0xFFFFFFFF
 """Size in a chunk whose size stands elsewhere, or was never written."""
 
 
-class Sound(Struct, frozen=True, eq=False):
-    """The samples of a WAV file and their rate.
-
-    Attributes
-    ----------
-    rate_hz : float
-    channels : tuple of ndarray (n,)
-        In shares of full scale.
-    """
-
-    rate_hz: float
-    channels: tuple[Array, ...]
-
-    __repr__ = brief
-
-
-def read_sound(name: str, data: bytes) -> Sound:
-    """Read the channels of a WAV file as signals.
+def read_sound(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> RecordedTable:
+    """Read the channels of a WAV file, in shares of full scale.
 
     Raises
     ------
@@ -63,9 +46,11 @@ def read_sound(name: str, data: bytes) -> Sound:
     kind = samples.dtype
     # What is floating is in shares of full scale already; of integers the largest is full scale.
     full = 1.0 if kind.kind == "f" else 128.0 if kind == np.uint8 else -float(np.iinfo(kind).min)
-    columns = samples.reshape(len(samples), -1).T
+    channels = samples.reshape(len(samples), -1).T
     zero = 128.0 if kind == np.uint8 else 0.0
-    return Sound(float(rate), tuple((column.astype(float) - zero) / full for column in columns))
+    titles = tuple(Title(f"channel {k}", RecordedUnit.FS) for k in range(1, len(channels) + 1))
+    columns = {k: (channels[k].astype(float) - zero) / full for k in wanted(titles)}
+    return RecordedTable(f"WAV: {len(channels)} channel{'s' * (len(channels) != 1)}", titles, columns, 1 / float(rate))
 
 
 def _require_whole(name: str, data: bytes) -> None:

@@ -6,12 +6,12 @@ table of inputs are derived from it. Nothing here reads a file, and nothing know
 # Annotations are evaluated where they stand: as texts, pydantic compiled each of 200, a quarter of this import.
 
 from collections.abc import Iterator
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from functools import cache, partial
 from math import prod
 from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic.fields import FieldInfo
 
 from vireport.base.additions import ADDITIONS
@@ -672,6 +672,110 @@ class Approach(StrEnum):
     DOWN = "down"
 
 
+class RecordedUnit(StrEnum):
+    """The unit of a column of a record; FS is the full scale of a sound card."""
+
+    S, MS, US, NS = "s", "ms", "us", "ns"
+    KV, V, MV, UV = "kV", "V", "mV", "uV"
+    PA, FS = "Pa", "FS"
+    M_S2, MM_S2, G = "m/s2", "mm/s2", "g"
+
+
+class RecordedSign(IntEnum):
+    """Whether a column is taken as it is or turned about."""
+
+    KEPT = 1
+    TURNED = -1
+
+
+class DecimalMark(StrEnum):
+    """The mark before the decimals of a number."""
+
+    POINT = "."
+    COMMA = ","
+
+
+class Delimiter(StrEnum):
+    """The mark between columns of a text."""
+
+    COMMA = ","
+    SEMICOLON = ";"
+    TAB = "\t"
+    BLANKS = " "
+
+
+def _name_or_number(column: object) -> object:
+    number = type(column) is int and column >= 1
+    if not number and not (isinstance(column, str) and len(column) <= LONGEST_TEXT and is_printable(column)):
+        raise ValueError("neither a name nor a number")
+    return column
+
+
+COLUMN = Annotated[
+    TEXT | int,
+    PlainValidator(_name_or_number),
+    WithJsonSchema({"type": ["string", "integer"], "minLength": 1, "maxLength": LONGEST_TEXT, "minimum": 1}),
+]
+
+
+class ColumnBlock(Block):
+    """The column of a file that has a signal, and its unit."""
+
+    column: COLUMN = key(
+        REQUIRED, "Column", "", "Name of the column as the file has it, or its number from 1.", example="CH1"
+    )
+    unit: RecordedUnit | None = key(
+        None, "Unit", "", "Unit of its numbers. Left out, it is that which the file states.", strict=False, example="mV"
+    )
+    sign: RecordedSign = key(
+        RecordedSign.KEPT, "Sign", "1", "-1 turns the signal about: a sensor mounted the other way.", strict=False
+    )
+    scale: float = positive(
+        1.0,
+        "Scale",
+        "1",
+        "Value of 1 in the file, in the unit: 10 for a sensor of 100 mV/g whose volts are to be g; full scale of WAV.",
+    )
+
+
+def _column(signal: str) -> Any:
+    return key(None, signal, "", f"Column of {signal}.", example={"column": "CH1", "unit": "V"})
+
+
+class ColumnsBlock(Block):
+    """Which column of a file is which signal. What is not named here is not read."""
+
+    time_s: WhenGiven[ColumnBlock] | None = _column("the times")
+    bottom_voltage_v: WhenGiven[ColumnBlock] | None = _column("the bottom membrane's voltage")
+    top_voltage_v: WhenGiven[ColumnBlock] | None = _column("the top membrane's voltage")
+    voltage_v: WhenGiven[ColumnBlock] | None = _column("the voltage of both membranes, first positive at the bottom")
+    bottom_sound_pa: WhenGiven[ColumnBlock] | None = _column("the microphone at the bottom membrane")
+    top_sound_pa: WhenGiven[ColumnBlock] | None = _column("the microphone at the top membrane")
+    sound_pa: WhenGiven[ColumnBlock] | None = _column("one microphone, first positive at the bottom")
+    acceleration_m_s2: WhenGiven[ColumnBlock] | None = _column("the capsule's acceleration, positive to the top")
+    membrane: WhenGiven[ColumnBlock] | None = _column("bottom or top, in a file of impacts")
+
+
+class LayoutBlock(Block):
+    """How to read an instrument's file: what its columns are, and what cannot be found out from the file itself."""
+
+    columns: WhenGiven[ColumnsBlock] | None = key(
+        None, "Columns", "", "Which column is which signal. Left out, the columns' names must be those of signals."
+    )
+    skip_rows: int | None = key(
+        None, "Lines to skip", "1", "Lines of a text that are not looked at.", example=12, ge=0, le=1_000_000
+    )
+    decimal: DecimalMark | None = key(
+        None, "Decimal mark", "", "Of the numbers of a text. Left out, it is found out.", strict=False, example=","
+    )
+    delimiter: Delimiter | None = key(
+        None, "Delimiter", "", "Between the columns of a text. Left out, it is found out.", strict=False, example=";"
+    )
+    sampling_rate_hz: float | None = positive(
+        None, "Sampling rate", "Hz", "Where the file has neither times nor a rate.", example=1000.0
+    )
+
+
 class RecordBlock(Block):
     """Impacts of the device that were measured, at one value of the swept parameter or at several in turn."""
 
@@ -709,6 +813,9 @@ class RecordBlock(Block):
     )
     force_maximum_error_s: float | None = key(
         None, "Its standard error", "s", "Standard error of that time.", example=1e-4, ge=0.0, le=LATEST
+    )
+    record: WhenGiven[LayoutBlock] | None = key(
+        None, "Record", "", "How the file is read, where its columns have other names, units or marks."
     )
 
 
@@ -979,6 +1086,13 @@ class Scenario(Block):
         "",
         "By how much the inputs may be off at the design point. Left out, neither a proof nor a yield is computed.",
         addition="tolerances",
+    )
+    record: WhenGiven[LayoutBlock] | None = key(
+        None,
+        "Record",
+        "",
+        "How the file of `identify --record` or of excitation.record is read. `vireport identify --inspect FILE` "
+        "writes it.",
     )
     measured: tuple[WhenGiven[RecordBlock], ...] | None = key(
         None,

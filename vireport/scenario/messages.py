@@ -157,6 +157,8 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
             return f", which has {len(value)} characters"
         quoted = written[:1] in ("'", '"')
         return f", which is text{hints.for_number(value, quoted, key.get('unit', ''))}"
+    if "integer" in kinds and "string" in kinds:
+        return ", which is no column"
     if "string" in kinds:
         return ", which is not text; put it in quotes"
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -164,9 +166,14 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
     return _wrong_number(path, value, key)
 
 
+def _choice_text(choice: str) -> str:
+    """A word that a key may be; a mark in quotes, as between the commas of a list it would not be seen."""
+    return choice if len(choice) > 1 or choice.isalnum() else repr(choice)
+
+
 def _choices(key: Schema) -> list[str]:
     """The words that a key may be; what may be left out is null in its schema."""
-    return [word for word in key["enum"] if word is not None]
+    return [str(word) for word in key["enum"] if word is not None]
 
 
 def _wrong_choice(path: str, value: str, choices: list[str]) -> str:
@@ -211,7 +218,7 @@ def allowed(key: Schema) -> str:
     if "object" in kinds:
         return f"a block of keys: {_names(key['properties'])}"
     if "enum" in key:
-        return f"one of {', '.join(_choices(key))}"
+        return f"one of {', '.join(map(_choice_text, _choices(key)))}"
     if "array" in kinds and "$ref" in key["items"]:
         least = f"{key['minItems']} to" if "minItems" in key else "at most"
         return f"a list of {least} {key['maxItems']} blocks of keys"
@@ -228,7 +235,8 @@ def allowed(key: Schema) -> str:
     if "pattern" in key:
         return f"1 to {key['maxLength']} impacts in order, B on the bottom and T on the top"
     if "string" in kinds:
-        return f"printable text on one line, 1 to {key['maxLength']} characters"
+        number = ", or a whole number from 1" if "integer" in kinds else ""
+        return f"printable text on one line, 1 to {key['maxLength']} characters{number}"
     if key.get("minimum") is not None and key["minimum"] == key.get("maximum"):
         return f"always {key['minimum']}"
     noun = "a whole number" if "integer" in kinds else "a number"

@@ -272,7 +272,7 @@ def _of_row(loaded: Loaded, row: RecordBlock) -> Iterator[_Stretch]:
         low, high = sorted((scenario.sweep.from_, scenario.sweep.to))
         swept_range = Sweepable(swept, low, high)
         frequency = frequency or low
-    record = parse_record(data, row.impacts, float(frequency or 1.0), swept_range)
+    record = parse_record(data, row.impacts, float(frequency or 1.0), swept_range, row.record)
     digest, design = sha256(data).hexdigest(), scenario.value_of(swept)
     if record.swept is None:
         value = design if row.value is None else row.value

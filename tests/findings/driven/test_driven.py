@@ -190,7 +190,7 @@ def test_a_doubt_about_a_record_has_the_numbers_of_its_kind(study_of) -> None:
         (["excitation.record=nowhere.wav"], "cannot be read: No such file"),
         (
             ["excitation.record=driven.yaml"],
-            "is no record of signals (allowed: a file that ends in .csv,",
+            "no column is named as a signal with its unit (allowed:",
         ),
         (["excitation.frequency_hz=3"], "its strongest line is at 2"),
         (

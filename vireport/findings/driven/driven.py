@@ -30,6 +30,7 @@ from vireport.physics.cubics import Cubics
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane, deflection, energy_gained, generated_voltage
 from vireport.physics.word import Word
+from vireport.scenario.blocks import LayoutBlock
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import Impact, check_model, check_start, follow_recorded
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
@@ -148,7 +149,12 @@ class Driven(Struct, frozen=True, eq=False):
 
 
 def driven_by(
-    record: str, place: ReadingPlace, device: Device, membrane: Membrane | None, say: Progress | None = None
+    record: str,
+    place: ReadingPlace,
+    device: Device,
+    membrane: Membrane | None,
+    say: Progress | None = None,
+    keys: LayoutBlock | None = None,
 ) -> Driven:
     """Drive a recorded acceleration through a device.
 
@@ -164,6 +170,8 @@ def driven_by(
         For voltages.
     say : callable, optional
         Is told each step.
+    keys : LayoutBlock, optional
+        How the record is read.
 
     Raises
     ------
@@ -177,7 +185,7 @@ def driven_by(
         raise UsageError(f"{KEY} is not driven through a device with friction (allowed: none, without device.friction)")
     say("reading the record of the shaker")
     # A report names the record as its scenario does, and not by where the scenario was.
-    recording = replace(read_recording(record, place), name=visible(record))
+    recording = replace(read_recording(record, place, keys), name=visible(record))
     shaker = shaker_of(recording, device, say)
     if shaker is None:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")

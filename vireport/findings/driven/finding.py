@@ -41,9 +41,10 @@ class DrivenFinding(AddedFinding["Driven"]):
         """Drive the record through the device."""
         from vireport.findings.driven.driven import driven_by
 
-        record = study.scenario.excitation.record
+        scenario, solution = study.scenario, study.solution
+        record = scenario.excitation.record
         assert record is not None
-        return driven_by(record, study.loaded.place, study.solution.device, study.solution.membrane, say)
+        return driven_by(record, study.loaded.place, solution.device, solution.membrane, say, scenario.record)
 
     def results(self, driven: Driven | None, study: Study) -> AddedBlocks:
         """The block of the same name, where there is a record."""
