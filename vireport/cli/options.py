@@ -171,7 +171,15 @@ Record = Annotated[
     str | None,
     typer.Option(
         metavar="RECORD",
-        help="Picks the impacts from raw signals, a CSV, WAV or MATLAB file in which they are named with units.",
+        help="Picks the impacts from raw signals: an export of an instrument, WAV, MATLAB, TDMS, HDF5 and others.",
+    ),
+]
+Inspected = Annotated[
+    str | None,
+    typer.Option(
+        "--inspect",
+        metavar="FILE",
+        help="Shows what is in a file of signals, and prints the record: block that says what its columns are.",
     ),
 ]
 Clock = Annotated[

@@ -21,9 +21,10 @@ IDENTIFY = CommandFormats(
 
 def identify(
     context: typer.Context,
-    scenario: options.Scenario,
+    scenario: options.ScenarioIfAny = None,
     impacts: options.Impacts = None,
     record: options.Record = None,
+    inspect: options.Inspected = None,
     clock: options.Clock = None,
     free: options.Free = None,
     set_: options.Set = None,
@@ -41,6 +42,11 @@ def identify(
     The exit code is 1 if the impacts contradict the model, and 3 if they do not determine what is asked for.
     """
     refuse_files_beside_json(context, "result")
+    if inspect is not None:
+        _inspect(inspect, scenario, set_, output, json, force, quiet)
+        return
+    if scenario is None:
+        raise UsageError("Missing argument 'SCENARIO' (only --inspect needs none)")
     loaded, _ = read_scenario(scenario, set_)
     from vireport.cli.outputs import file_names
     from vireport.identify import outputs
@@ -58,6 +64,27 @@ def identify(
     with progress(quiet, verbose) as say:
         outcome = outputs.outcome(request, outputs.Pages(formats, templates, paper, json, verbose), say)
     deliver(outcome, folder, quiet)
+
+
+def _inspect(
+    file: str,
+    scenario: str | None,
+    set_: list[str] | None,
+    output: Path | None,
+    json: bool,
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Show what is in a file of signals, of whose text a scenario may say how it is marked."""
+    from vireport.identify import inspected
+
+    if scenario is None and set_:
+        raise UsageError("--set needs a scenario to set it over")
+    keys = None if scenario is None else read_scenario(scenario, set_)[0].scenario.record
+    folder = output or default_folder(file, "-inspected")
+    if not json:
+        require_writable(folder, (inspected.PICTURE,), force)
+    deliver(inspected.outcome(file, keys, json), folder, quiet)
 
 
 COMMAND = DeclaredCommand("identify", identify, CommandPanel.MEASURED, (IDENTIFY,))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
 from vireport.measurement.matlab import NOTHING, budget_of, library_read, table_of_vectors
@@ -113,13 +114,15 @@ def read_parquet(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> R
     ------
     UsageError
     """
-    from pyarrow import BufferReader, parquet  # type: ignore[import-untyped]
+    from pyarrow import BufferReader, parquet, types  # type: ignore[import-untyped]
 
     def read() -> RecordedTable:
         file = parquet.ParquetFile(BufferReader(data))
         count, schema = file.metadata.num_rows, file.schema_arrow
         units = [(field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace") for field in schema]
+        numeric = [types.is_floating(field.type) or types.is_integer(field.type) for field in schema]
         titles = [Title.of(*pair) for pair in zip(schema.names, units, strict=True)]
+        titles = [replace(title, numeric=is_one) for title, is_one in zip(titles, numeric, strict=True)]
 
         def stored(places: Sequence[int]) -> Mapping[int, Any]:
             if 8 * count * len(places) > budget_of(data):

@@ -16,6 +16,7 @@ from math import prod
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from vireport.base.errors import UsageError, VireportError
 from vireport.measurement.tables import LARGEST_FILE_OF_SIGNALS, RecordedTable, Title, Wanted
@@ -68,6 +69,7 @@ def read_matlab(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Re
         plain = _unpacked(name, data, budget)
         kinds = {title: kind for title, _, kind in whosmat(io.BytesIO(plain))}
         names = list(kinds)
+        titles = [replace(Title.of(title), numeric=kinds[title] in NUMERIC) for title in names]
 
         def stored(places: Sequence[int]) -> Mapping[int, Any]:
             # Of cells and structures, which may be nested without end, nothing is looked at.
@@ -75,7 +77,7 @@ def read_matlab(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Re
             arrays = loadmat(io.BytesIO(plain), variable_names=numeric) if numeric else {}
             return {k: arrays.get(names[k], NOTHING) for k in places}
 
-        return table_of_vectors(name, "MATLAB file", [Title.of(title) for title in names], stored, wanted)
+        return table_of_vectors(name, "MATLAB file", titles, stored, wanted)
 
     return library_read(name, "a MATLAB file", read)
 
@@ -96,7 +98,7 @@ def read_hdf5(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Reco
         with h5py.File(io.BytesIO(data), "r") as file:
             # Beside variables there are groups of MATLAB's own, such as #refs#.
             paths = [title for title in file if not title.startswith("#")] if of_matlab else list(_datasets(file))
-            titles = [Title.of(path, "" if of_matlab else _unit(file[path])) for path in paths]
+            titles = [_title(file, path, of_matlab) for path in paths]
 
             def stored(places: Sequence[int]) -> Mapping[int, Any]:
                 budget = budget_of(data)
@@ -134,13 +136,19 @@ def _datasets(group: Any, before: str = "", depth: int = 0) -> Iterator[str]:
             yield from _datasets(inner, f"{before}{title}/", depth + 1)
 
 
-def _unit(stored: Any) -> str:
-    """The unit that an attribute of a dataset states; "" without one."""
+def _title(file: Any, path: str, of_matlab: bool) -> Title:
+    """The title of a dataset, whose unit an attribute may state."""
+    import h5py
+
+    if not isinstance(file.get(path, getlink=True), h5py.HardLink) or not isinstance(file[path], h5py.Dataset):
+        return Title(path, None, False)
+    stored, unit = file[path], ""
     for attribute in ("unit", "units"):
         if attribute in stored.attrs and stored.attrs.get_id(attribute).get_storage_size() <= LONGEST_CLASS:
             text = stored.attrs[attribute]
-            return text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
-    return ""
+            unit = text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
+    numeric = stored.dtype.kind in "fiu" and (not of_matlab or _is_numeric(stored))
+    return replace(Title.of(path, unit), numeric=numeric)
 
 
 def _variable(name: str, file: Any, path: str, of_matlab: bool) -> Any:

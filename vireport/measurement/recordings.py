@@ -406,7 +406,7 @@ def _recorded(name: str, table: RecordedTable, signals: Sequence[_Signal], keys:
     reading = f"{table.reading}, {count:,} samples"
     if not of_time and not flaws:
         parts = (Unbroken(0, count, table.start_s),)
-        return Recording(name, step, parts, tuple(channels), reading=f"{reading} at {_seconds(step)}")
+        return Recording(name, step, parts, tuple(channels), reading=f"{reading} at {time_text(step)}")
     try:
         step, stretches, uneven = _clock(name, times)
     except _RunsBack as error:
@@ -414,13 +414,13 @@ def _recorded(name: str, table: RecordedTable, signals: Sequence[_Signal], keys:
         message = "is not after the time before it (allowed: ascending times, written with enough digits)"
         raise _of_sample(name, table, of_time[0], row, message) from None
     if of_time and table.step_s and abs(step / table.step_s - 1) > SAME_STEP:
-        what = f"its times are {_seconds(step)} apart, and its head says {_seconds(table.step_s)}"
+        what = f"its times are {time_text(step)} apart, and its head says {time_text(table.step_s)}"
         raise _refused(name, "", f"{what} (allowed: times and a rate that agree; leave out record.columns.time_s)")
-    reading = f"{reading} at {_seconds(step)}"
+    reading = f"{reading} at {time_text(step)}"
     return Recording(name, step, stretches, tuple(channels), uneven, reading, tuple(flaws))
 
 
-def _seconds(step: float) -> str:
+def time_text(step: float) -> str:
     """A time between samples for the sentence that says how a file was read."""
     size, unit = next((pair for pair in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")) if step >= pair[0]), (1e-9, "ns"))
     return f"{step / size:.6g} {unit}"

@@ -62,10 +62,11 @@ NAME_AND_UNIT = re.compile(r"(.*?)(?:\s*[(\[]([^()\[\]]*)[)\]]|\s+in (\S+)|^in (
 
 
 class Title(Struct, frozen=True):
-    """Name of a column, and the unit that the file states for it."""
+    """Name of a column, the unit that the file states for it, and whether it has numbers."""
 
     name: str
     unit: RecordedUnit | None = None
+    numeric: bool = True
 
     @classmethod
     def of(cls, text: str, unit: str = "") -> Title:

@@ -16,6 +16,7 @@ from math import isfinite
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base.errors import Mistake, ScenarioError, UsageError, VireportError
 from vireport.measurement.flights import Array
@@ -127,6 +128,8 @@ class TextLayout(Struct, frozen=True):
     properties : mapping of str to tuple of str
         Values that stand above or beside the numbers, by name.
     maker : str
+    counts : tuple of int
+        Places of the columns that count samples.
     """
 
     delimiter: Delimiter
@@ -138,6 +141,7 @@ class TextLayout(Struct, frozen=True):
     named: bool = False
     properties: Mapping[str, tuple[str, ...]] = {}
     maker: str = ""
+    counts: tuple[int, ...] = ()
 
     def split(self, line: str) -> list[str]:
         """Cells of a line."""
@@ -185,21 +189,23 @@ def read_text(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Reco
     skipped = keys.skip_rows or 0
     lines = head_lines(data, skipped)
     layout = find_layout(name, lines, keys)
-    places = [k for k in wanted(layout.titles) if k < layout.cells]
+    step, start = time_base(name, layout)
+    # Numbers of samples become times where the file says how far apart they are.
+    titles = tuple(
+        replace(title, unit=RecordedUnit.S) if step and k in layout.counts else title
+        for k, title in enumerate(layout.titles)
+    )
+    places = list(wanted(titles))
     place = 0
     for _ in range(layout.first):
         place = data.find(b"\n", place) + 1
     rows = _numbers(name, data, place, layout, places)
     columns = {k: np.ascontiguousarray(rows[:, i]) for i, k in enumerate(places)}
-    step, start = time_base(name, layout)
-    titles = list(layout.titles)
-    for k in places:
-        # Numbers of samples become times where the file says how far apart they are.
-        if step and titles[k].unit is None and titles[k].name.lower() in COUNTS:
-            columns[k], titles[k] = start + step * columns[k], Title(titles[k].name, RecordedUnit.S)
+    for k in set(places) & set(layout.counts) if step else ():
+        columns[k] = start + step * columns[k]
     kind = f"{layout.maker} export" if layout.maker else "text"
     head = f"{layout.first} head line{'s' * (layout.first != 1)}"
-    return RecordedTable(f"{kind}: {head}", tuple(titles), columns, step, start, partial(_cell_of, data, layout))
+    return RecordedTable(f"{kind}: {head}", titles, columns, step, start, partial(_cell_of, data, layout))
 
 
 def plain_text(name: str, data: bytes) -> bytes:
@@ -380,13 +386,15 @@ def _described(name: str, lines: Sequence[str], way: TextLayout) -> TextLayout:
     maker = next((row for row in MAKERS if row.head.search(makers)), None)
     titles = [Title.of(*(row[k] if k < len(row) else "" for row in (names, units))) for k in range(way.cells)]
     blank = [k for k, cell in enumerate(way.split(lines[way.first])) if not cell and k not in way.numeric]
-    for k in blank:
-        titles[k] = Title(titles[k].name or UNUSED)
+    for k in range(way.cells):
+        if k not in way.numeric:
+            titles[k] = Title(titles[k].name or (UNUSED if k in blank else ""), None, False)
+    counts: list[int] = []
     ascending = len(way.numeric) > 1 and _ascends(lines, way)
     for k in way.numeric:
         stated = units[k] if k < len(units) else ""
         if {titles[k].name.lower(), stated.lower()} & set(COUNTS):
-            titles[k] = Title("sample")
+            counts.append(k)
         elif titles[k].unit is None and maker is not None and maker.times and titles[k].name == maker.times:
             titles[k] = Title(titles[k].name, RecordedUnit.S)
         elif titles[k].unit is None:
@@ -395,6 +403,7 @@ def _described(name: str, lines: Sequence[str], way: TextLayout) -> TextLayout:
     return TextLayout(
         *(way.delimiter, way.decimal, way.first, way.cells, way.numeric, tuple(titles), bool(names), properties),
         maker="" if maker is None else maker.name,
+        counts=tuple(counts),
     )
 
 

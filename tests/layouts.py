@@ -1,6 +1,6 @@
 """Files as instruments and programs write them: their layouts imitated, with numbers of our own.
 
-    python tests/measurement/layouts.py FOLDER
+    python tests/layouts.py FOLDER
 
 writes all of them. Each has the same two signals, whose values are known, and the `record:` keys that it is read with.
 """
