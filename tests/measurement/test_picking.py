@@ -11,7 +11,8 @@ from msgspec.structs import replace
 from sounds import RATE, clock, contact, hum, recording, ringing, signal
 
 from vireport.base.errors import UsageError
-from vireport.measurement.picking import Picked, picked
+from vireport.measurement.picking import Doubt, Picked, picked
+from vireport.measurement.recordings import Flaw, FlawKind, Unbroken
 
 APART = 0.02, 0.3
 
@@ -167,3 +168,33 @@ def test_channels_of_both_membranes_need_fewer_samples() -> None:
         picked(recording(bottom_sound_pa=values, top_sound_pa=values), 480.0)
     with pytest.raises(UsageError, match="96 samples in a period of the force are too few to time impacts"):
         picked(recording(bottom_sound_pa=values, top_sound_pa=values), 500.0)
+
+
+def test_times_are_those_of_the_samples_where_a_clock_is_uneven() -> None:
+    """Steps that differ by half; on an even clock times would be off by many milliseconds."""
+    rng = np.random.default_rng(1)
+    times, sizes, seconds = impacts(rng, 20)
+    walls = rng.choice([-1.0, 1.0], len(times))
+    at = np.cumsum(rng.uniform(0.75, 1.25, int(seconds * 20_000))) / 20_000
+    values = 1e-3 * rng.standard_normal(len(at))
+    for time, size in zip(times, walls * sizes, strict=True):
+        values += size * contact(at - time)
+    even = recording(20_000.0, voltage_v=values)
+    found = picked(replace(even, clock=at, even=False, stretches=(Unbroken(0, len(at), float(at[0])),)), 2.0)
+    missed, false, off = held_against(found, times, walls)
+    assert (missed, false) == (0, 0)
+    assert np.abs(off).max() < 4
+    assert [finding.doubt for finding in found.findings] == [Doubt.UNEQUAL]
+    assert np.abs(picked(even, 2.0).times - found.times).max() > 3e-4
+
+
+def test_samples_that_were_left_out_are_findings_with_their_places() -> None:
+    rng = np.random.default_rng(1)
+    times, sizes, seconds = impacts(rng, 20)
+    whole = recording(voltage_v=signal(times, sizes, seconds) + 1e-3 * rng.standard_normal(int(seconds * RATE)))
+    flaws = Flaw(FlawKind.MISSING, "voltage_v", 3, 7, 0.25), Flaw(FlawKind.REPEATED, "", 1, 9, 0.5)
+    found = picked(replace(whole, flaws=flaws), 2.0)
+    assert [(x.doubt, x.channel, x.value, x.at_s) for x in found.findings] == [
+        (Doubt.MISSING, "voltage_v", 3, 0.25),
+        (Doubt.REPEATED, "", 1, 0.5),
+    ]

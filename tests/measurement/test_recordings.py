@@ -72,6 +72,21 @@ def test_a_gap_is_kept_and_times_that_were_rounded_are_put_on_a_clock(tmp_path: 
     assert 0 < own.uneven_s < 1e-4
 
 
+@pytest.mark.parametrize("power", [1.3, 2.0])
+def test_times_at_unequal_steps_are_used_as_they_are(tmp_path: Path, power: float) -> None:
+    times = (np.arange(300) / 300) ** power + 1e-3
+    times[200:] += 1.0
+    own = read(tmp_path, "\n".join([HEAD, *(f"{time},1,{k % 2}" for k, time in enumerate(times.tolist()))]).encode())
+    assert not own.even
+    assert [(part.first, part.last) for part in own.stretches] == [(0, 200), (200, 300)]
+    np.testing.assert_array_equal(own.times, times)
+    assert own.end_s == times[-1]
+    assert own.step_s == pytest.approx(float(np.median(np.diff(times))))
+    (before, after) = own.stretches
+    assert own.row_of(after, float(times[250])) == pytest.approx(250)
+    assert own.times_of(before, np.array([7.5]))[0] == pytest.approx((times[7] + times[8]) / 2)
+
+
 MISTAKES = {
     "empty": ("", "x.csv:1: the file is empty (allowed: names and units"),
     "names alone": (f"{HEAD}\n", "x.csv:1: no lines of numbers were found in it (allowed: text"),
@@ -110,14 +125,6 @@ MISTAKES = {
     "no clock": (
         "\n".join([HEAD, *(f"{k}e-300,1,{k % 2}" for k in range(100))]),
         "time: samples are 1e-300 s apart (allowed: 1e-09 to 1e+06 s)",
-    ),
-    "unequal": (
-        "\n".join([HEAD, *(f"{(k / 100) ** 2 + 1e-3},1,{k % 2}" for k in range(100))]),
-        "time: the steps are unequal, mostly",
-    ),
-    "drifting": (
-        "\n".join([HEAD, *(f"{k + 1e-4 * k * k},1,{k % 2}" for k in range(300))]),
-        "; interpolate the signals at steps of 1.03 s first, as by cubic splines)",
     ),
     "short": ("\n".join([HEAD, *ROWS[:20]]), "20 samples (at least 64 are needed"),
 }

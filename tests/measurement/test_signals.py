@@ -13,7 +13,8 @@ import pytest
 from conftest import EXAMPLES, first
 from msgspec import convert
 from msgspec.structs import replace
-from scipy.io import savemat
+from nptdms import ChannelObject, TdmsWriter
+from scipy.io import savemat, wavfile
 from sounds import RATE, clock, hum, ringing, signal
 from synthetic import device_of, truth
 
@@ -208,3 +209,31 @@ def test_questions_that_do_not_fit_a_record_are_refused(
     assert main(["identify", SCENARIO, *given, "-o", str(tmp_path / "out")]) == 2
     assert message in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_record_is_identified_alike_from_four_formats(tmp_path: Path, capsys) -> None:
+    rate, samples = wavfile.read(EXAMPLES / "records" / "prototype.wav")
+    voltage, acceleration = (samples[:, k] / 32768 * full for k, full in enumerate((2.0, 50.0)))
+    text = "".join(f"{u!r},{a!r}\n" for u, a in zip(voltage.tolist(), acceleration.tolist(), strict=True))
+    (tmp_path / "rig.csv").write_text(f"Logger 7\nSampling rate,{rate},Hz\n\nU (V),a\n{text}")
+    named = {"U": voltage, "a": acceleration, "sampling_rate_hz": float(rate)}
+    savemat(tmp_path / "rig.mat", named)
+    np.savez(tmp_path / "rig.npz", **named)
+    with TdmsWriter(str(tmp_path / "rig.tdms")) as writer:
+        base = {"wf_increment": 1 / rate, "wf_start_offset": 0.0}
+        writer.write_segment([ChannelObject("rig", name, named[name], properties=base) for name in "Ua"])
+    columns = ["voltage_v={column: U, unit: V}", "acceleration_m_s2={column: a, unit: m/s2}"]
+    keys = [part for column in columns for part in ("--set", f"record.columns.{column}")]
+    answers = []
+    files = (
+        EXAMPLES / "records" / "prototype.wav",
+        *(tmp_path / f"rig.{end}" for end in ("csv", "mat", "npz", "tdms")),
+    )
+    for record in files:
+        more = [] if record.suffix == ".wav" else keys
+        assert main(["identify", SCENARIO, "--record", str(record), "--json", *more]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert answer["record"]["reading"].endswith("44,000 samples at 250 us")
+        answers.append([answer[key] for key in ("identified", "covariance", "timing_error_s", "missed", "misfit")])
+    assert all(answer == answers[0] for answer in answers)

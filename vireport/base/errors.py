@@ -16,9 +16,11 @@ EXTRAS = {
     "filelock": "sweep",
     "h5py": "recordings",
     "mpmath": "verify",
+    "npTDMS": "recordings",
     "numba": "simulation",
     "pyarrow": "sweep",
     "python-flint": "certify",
+    "pyuff": "recordings",
 }
 """The extra with which each optional package comes."""
 

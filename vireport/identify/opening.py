@@ -28,7 +28,7 @@ _said = words_of("identify")
 MOST_NAMED = 2
 """Inputs up to which each stands in the sentence and among the numbers."""
 
-HARMLESS = Doubt.OFFSET, Doubt.UNEVEN
+HARMLESS = Doubt.OFFSET, Doubt.UNEVEN, Doubt.REPEATED
 """What is wrong with a signal and was put right."""
 
 OF_CLOCK_OR_LAW = Unknown.FREQUENCY, Unknown.DRIFT, Unknown.EXPONENT

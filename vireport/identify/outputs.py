@@ -156,7 +156,8 @@ def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
     ) -> CommandOutcome:
         """The outcome for a reader; a page says what is `opened` by its opening, and a terminal in numbers as well."""
         doubts = () if signals is None else record_alerts(signals.doubts)
-        text = _text(opening, doubts, (*opened, *parts) if pages.tables else (), pages.templates)
+        reading = "" if signals is None else words("read_as", signals.picked.recording, Path(record.name).name)
+        text = _text(opening, reading, doubts, (*opened, *parts) if pages.tables else (), pages.templates)
         from vireport.identify.page import IdentifyReport
         from vireport.report.rendering import render_files
 
@@ -203,10 +204,15 @@ def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
 
 
 def _text(
-    opening: Opening, doubts: tuple[Alert, ...], parts: Iterable[str | Table], templates: Path | None = None
+    opening: Opening,
+    reading: str,
+    doubts: tuple[Alert, ...],
+    parts: Iterable[str | Table],
+    templates: Path | None = None,
 ) -> str:
-    """What a terminal says: the opening, in full what may be wrong with what was given, and tables where asked for."""
-    answer = "\n".join([*opening.worded(templates).lines, *(alert.words(templates) for alert in doubts)])
+    """What a terminal says: the opening, how signals were read, what may be wrong with what was given, and tables."""
+    lines = (*opening.worded(templates).lines, reading, *(alert.words(templates) for alert in doubts))
+    answer = "\n".join(filter(None, lines))
     return "\n\n".join([answer, *filter(None, [plain_text(parts)])]) + "\n"
 
 

@@ -102,8 +102,8 @@ def _stretch(axes: Axes, picked: Picked, heard: Heard, signal: Floats, period: f
     start = float(np.clip(weakest - PERIODS * period / 2, recording.start_s, recording.end_s - PERIODS * period))
     end = start + PERIODS * period
     for stretch in recording.stretches:
-        first = stretch.first + max(int((start - stretch.start_s) / recording.step_s), 0)
-        last = min(stretch.first + int((end - stretch.start_s) / recording.step_s), stretch.last)
+        first = max(int(recording.row_of(stretch, start)), stretch.first)
+        last = min(int(recording.row_of(stretch, end)), stretch.last)
         if last - first < 2:
             continue
         rows = np.arange(first, last)
@@ -112,7 +112,7 @@ def _stretch(axes: Axes, picked: Picked, heard: Heard, signal: Floats, period: f
             rows = np.array(
                 [k for part in parts for k in sorted((part[signal[part].argmin()], part[signal[part].argmax()]))]
             )
-        axes.plot(stretch.start_s + (rows - stretch.first) * recording.step_s, signal[rows], **SIGNAL)
+        axes.plot(recording.times_of(stretch, rows), signal[rows], **SIGNAL)
     for side in (-1, 1):
         axes.axhline(side * heard.least, **WEAKEST)
     for wall, look in ((1.0, BOTTOM), (-1.0, TOP)):
@@ -141,7 +141,7 @@ def _beginnings(axes: Axes, picked: Picked, channels: list[tuple[Heard, Floats]]
     for (heard, signal), color in zip(channels, (Color.BLUE, Color.GREEN), strict=False):
         for k in range(0, len(heard.times), max(1, len(heard.times) // MOST_DRAWN)):
             stretch = max((x for x in recording.stretches if x.start_s <= heard.times[k]), key=lambda x: x.first)
-            at = (heard.times[k] - stretch.start_s) / recording.step_s + stretch.first
+            at = recording.row_of(stretch, float(heard.times[k]))
             rows = np.arange(max(int(at) - before, stretch.first), min(int(at) + after, stretch.last))
             look: dict[str, Any] = {"color": color, "linewidth": 0.4, "alpha": 0.5}
             axes.plot(1e3 * (rows - at) * recording.step_s, signal[rows] / abs(heard.sizes[k]), **look)

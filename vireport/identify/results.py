@@ -231,6 +231,8 @@ class RecordData(ResultsBlock, frozen=True, kw_only=True):
         the force; null without a channel of acceleration
     findings
         what may be wrong with the record, in words
+    reading
+        as what the file was read, in words
     """
 
     samples: int
@@ -241,6 +243,7 @@ class RecordData(ResultsBlock, frozen=True, kw_only=True):
     impacts: int
     excitation: RecordedForce | None
     findings: list[str]
+    reading: str = ""
 
 
 class IdentifiedData(ResultsBlock, frozen=True, kw_only=True):
@@ -388,6 +391,7 @@ def _record(signals: Signals, mass_kg: float, words: Words) -> RecordData:
         impacts=len(picked.times),
         excitation=None if shaker is None else _force(shaker, mass_kg),
         findings=[words("finding", finding) for finding in picked.findings],
+        reading=recording.reading,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -29,9 +30,15 @@ def read_tdms(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Reco
     UsageError
     """
     from nptdms import TdmsFile  # type: ignore[import-untyped]
+    from nptdms.log import log_manager  # type: ignore[import-untyped]
+
+    # It would tell a user what it makes of a file that is cut off, which is refused.
+    log_manager.set_level(logging.CRITICAL)
 
     def read() -> RecordedTable:
         with TdmsFile.open(io.BytesIO(data)) as file:
+            if file.file_status.incomplete_final_segment:
+                raise UsageError(f"{name}: the file is cut off (allowed: one that is complete)")
             channels = [channel for group in file.groups() for channel in group.channels()]
             if sum(len(channel) for channel in channels) > len(data):
                 raise UsageError(f"{name}: it claims more samples than it has bytes (allowed: a file that is complete)")
@@ -97,6 +104,8 @@ def read_uff(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Recor
 def _even(name: str, row: Mapping[str, Any]) -> Any:
     """The values of a function of time at even times."""
     values = np.asarray(row["data"])
+    if len(values) != int(row["num_pts"]):
+        raise UsageError(f"{name}: {row['id1']}: the file is cut off (allowed: one that is complete)")
     if len(values) < 2 or not int(row["abscissa_spacing"]):
         raise UsageError(f"{name}: {row['id1']}: is at uneven times (allowed: even spacing)")
     return values if not np.iscomplexobj(values) else NOTHING

@@ -13,10 +13,11 @@ from difflib import get_close_matches
 from enum import Enum
 from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from vireport.base.errors import Mistake, Mistakes, ScenarioError, UsageError, VireportError
 from vireport.base.reading import ANYWHERE, ReadingPlace
@@ -54,6 +55,12 @@ MOST_GAPS = 0.001
 
 UNEVEN = 0.5
 """Steps by which a time may be off an even clock, as those are that were rounded."""
+
+WIDE_GAP = 10.0
+"""Steps over the usual one from which samples are missing where the steps are unequal."""
+
+ROUNDED = 0.01
+"""Steps by which a time is off an even clock and no more is said of it."""
 
 SAME_STEP = 0.01
 """Share by which the steps of times and that of a file's rate may differ: some of them are rounded."""
@@ -156,7 +163,11 @@ class Recording(Struct, frozen=True, eq=False):
         In the order of time; between them samples are missing.
     channels : tuple of Channel
     uneven_s : float
-        By how much times were off an even clock, on which they are put.
+        By how much times were off an even clock, on which they are put if `even`.
+    even : bool
+        Whether they are; else they are used as they are, and `step_s` is the usual step.
+    clock : ndarray (n,) or None
+        Times of the samples where they are off an even clock [s].
     reading : str
         As what the file was read.
     flaws : tuple of Flaw
@@ -167,6 +178,8 @@ class Recording(Struct, frozen=True, eq=False):
     stretches: tuple[Unbroken, ...]
     channels: tuple[Channel, ...]
     uneven_s: float = 0.0
+    even: bool = True
+    clock: Array | None = None
     reading: str = ""
     flaws: tuple[Flaw, ...] = ()
 
@@ -186,7 +199,32 @@ class Recording(Struct, frozen=True, eq=False):
     def end_s(self) -> float:
         """Time of the last sample of a channel [s]."""
         last = self.stretches[-1]
-        return last.start_s + (last.last - last.first - 1) * self.step_s
+        return float(self.times_of(last, np.array([last.last - 1.0]))[0])
+
+    def times_of(self, stretch: Unbroken, rows: NDArray[Any]) -> Array:
+        """Times of samples of a stretch by their rows, and between them of fractions of rows [s]."""
+        if self.even or self.clock is None:
+            return np.asarray(stretch.start_s + (rows - stretch.first) * self.step_s)
+        clock = self.clock[stretch.first : stretch.last]
+        return np.asarray(np.interp(rows, np.arange(stretch.first, stretch.last), clock))
+
+    @property
+    def times(self) -> Array:
+        """Times of all samples [s]."""
+        return np.concatenate([self.times_of(part, np.arange(part.first, part.last)) for part in self.stretches])
+
+    @property
+    def step_spread_s(self) -> float:
+        """Standard deviation of the steps between samples, without gaps [s]."""
+        steps = np.diff(self.times)
+        return float(steps[steps <= WIDE_GAP * self.step_s].std())
+
+    def row_of(self, stretch: Unbroken, time_s: float) -> float:
+        """Row, with its fraction, of a time in a stretch."""
+        if self.even or self.clock is None:
+            return stretch.first + (time_s - stretch.start_s) / self.step_s
+        rows = np.arange(stretch.first, stretch.last)
+        return float(np.interp(time_s, self.clock[stretch.first : stretch.last], rows))
 
     def of(self, *places: HeardPlace) -> tuple[Channel, ...]:
         """The channels that record at any of some places."""
@@ -408,7 +446,7 @@ def _recorded(name: str, table: RecordedTable, signals: Sequence[_Signal], keys:
         parts = (Unbroken(0, count, table.start_s),)
         return Recording(name, step, parts, tuple(channels), reading=f"{reading} at {time_text(step)}")
     try:
-        step, stretches, uneven = _clock(name, times)
+        step, stretches, uneven, even = _clock(name, times)
     except _RunsBack as error:
         row = error.row if rows is None else int(rows[error.row])
         message = "is not after the time before it (allowed: ascending times, written with enough digits)"
@@ -417,7 +455,8 @@ def _recorded(name: str, table: RecordedTable, signals: Sequence[_Signal], keys:
         what = f"its times are {time_text(step)} apart, and its head says {time_text(table.step_s)}"
         raise _refused(name, "", f"{what} (allowed: times and a rate that agree; leave out record.columns.time_s)")
     reading = f"{reading} at {time_text(step)}"
-    return Recording(name, step, stretches, tuple(channels), uneven, reading, tuple(flaws))
+    clock = times if uneven > ROUNDED * step else None
+    return Recording(name, step, stretches, tuple(channels), uneven, even, clock, reading, tuple(flaws))
 
 
 def time_text(step: float) -> str:
@@ -471,13 +510,22 @@ def _require_clock(name: str, step: float) -> None:
         raise _refused(name, "time", f"samples are {step:.3g} s apart (allowed: {FINEST:g} to {COARSEST:g} s)")
 
 
-def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]:
-    """The step of times [s], the stretches without gaps, and the largest distance of a time from an even clock [s].
+def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float, bool]:
+    """The clock of a recording.
+
+    Returns
+    -------
+    step, stretches, off : float, tuple of Unbroken, float
+        The usual step [s], the stretches without gaps, and the largest distance of a time from an even clock [s].
+    even : bool
+        Whether all times are nearer to one than half a step.
 
     Raises
     ------
-    UsageError, ScenarioError
-        If the times do not ascend at equal steps.
+    UsageError
+        If the steps are those of no clock.
+    _RunsBack
+        If the times do not ascend.
     """
     steps = np.diff(times)
     if (steps <= 0).any():
@@ -487,10 +535,10 @@ def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]
     usual = float(np.median(steps))
     _require_clock(name, usual)
     gaps = np.flatnonzero(steps > GAP * usual)
-    even = steps <= GAP * usual
-    step = float(steps[even].mean())
-    if len(gaps) > max(MOST_GAPS * len(steps), 3):
-        raise _refused(name, "time", _unequal(steps))
+    step = float(steps[steps <= GAP * usual].mean())
+    even = len(gaps) <= max(MOST_GAPS * len(steps), 3)
+    if not even:
+        gaps, step = np.flatnonzero(steps > WIDE_GAP * usual), usual
     ends = np.concatenate([[0], gaps + 1, [len(times)]]).tolist()
     stretches, worst = [], 0.0
     for first, last in pairwise(ends):
@@ -500,17 +548,10 @@ def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float]
         start = float((late.min() + late.max()) / 2)
         worst = max(worst, float(late.max() - late.min()) / 2)
         stretches.append(Unbroken(first, last, start))
-    if worst > UNEVEN * step:
-        raise _refused(name, "time", _unequal(steps))
-    return step, tuple(stretches), worst
-
-
-def _unequal(steps: Array) -> str:
-    """Message about times at unequal steps [s], and what to do about them."""
-    low, high = np.quantile(steps, [0.01, 0.99])
-    how = f"interpolate the signals at steps of {float(np.median(steps)):.4g} s first, as by cubic splines"
-    allowed = f"(allowed: samples at equal steps, with few gaps; {how})"
-    return f"the steps are unequal, mostly {low:.4g} to {high:.4g} s {allowed}"
+    if even and worst <= UNEVEN * step:
+        return step, tuple(stretches), worst, True
+    used = tuple(Unbroken(stretch.first, stretch.last, float(times[stretch.first])) for stretch in stretches)
+    return usual, used, worst, False
 
 
 class Notes(Struct, frozen=True):

@@ -317,7 +317,8 @@ def _means(recording: Recording, channel: Channel, together: int) -> tuple[Array
         count = (stretch.last - stretch.first) // together
         samples = channel.values[stretch.first : stretch.first + count * together]
         values.append(samples.reshape(count, together).mean(axis=1))
-        times.append(stretch.start_s + (np.arange(count) * together + (together - 1) / 2) * recording.step_s)
+        middles = stretch.first + np.arange(count) * together + (together - 1) / 2
+        times.append(recording.times_of(stretch, middles))
     return np.concatenate(times), np.concatenate(values)
 
 
@@ -492,12 +493,7 @@ def _turned(shaker: ShakerMotion, device: Device) -> bool:
 def _lone(recording: Recording, shaker: ShakerMotion) -> Iterator[ShakerFinding]:
     """Findings of single samples that are much farther from the fitted motion than all others."""
     values = shaker.channel.values
-    times = np.concatenate(
-        [
-            stretch.start_s + np.arange(stretch.last - stretch.first) * recording.step_s
-            for stretch in recording.stretches
-        ]
-    )
+    times = recording.times
     off = np.abs(values - shaker.at(times))
     most = np.argsort(-off, kind="stable")[: MOST_LONE + 1]
     least = LEAST_FAR * shaker.amplitude

@@ -76,6 +76,9 @@ VALUE = re.compile(r"(?:[^:]*:)?\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\W\d]\S*
 
 SIZES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9}
 
+IN_BRACKETS = re.compile(r"[(\[]([^\s()\[\]]+)[)\]]$")
+"""The unit at the end of a name."""
+
 ASSIGNS = re.compile(r"[:=,;\t]+")
 """What stands between a name and its value where nothing else does."""
 
@@ -158,7 +161,7 @@ def split_line(line: str, delimiter: Delimiter) -> list[str]:
         return line.split()
     if '"' not in line:
         return [cell.strip() for cell in line.split(delimiter)]
-    quoted = next(csv.reader([line], delimiter=delimiter.value, skipinitialspace=True))
+    quoted = next(csv.reader([line.replace("\r", " ")], delimiter=delimiter.value, skipinitialspace=True))
     return [cell.strip() for cell in quoted]
 
 
@@ -437,7 +440,8 @@ def _properties(head: list[list[str]], way: TextLayout, lines: Sequence[str]) ->
     beside = [way.split(line)[: way.numeric[0]] for line in lines[way.first :][:MOST_BESIDE] if line.strip()]
     for cells in (*head, *beside):
         if len(cells) > 1 and cells[0]:
-            name, unit = Title.of(cells[0].rstrip(":")), re.search(r"[(\[](\S+)[)\]]$", cells[0])
+            key = cells[0][:LONGEST_TITLE].rstrip(":")
+            name, unit = Title.of(key), IN_BRACKETS.search(key)
             yield _property_name(name.name), (*cells[1:], unit[1] if unit else "")
 
 

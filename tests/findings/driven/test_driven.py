@@ -15,7 +15,6 @@ from branches import say_every_branch
 from conftest import EXAMPLES, first, solved
 from msgspec.structs import replace
 from pages import Page
-from scipy.interpolate import CubicSpline
 from scipy.io import savemat
 
 from vireport import UsageError, analyse, load
@@ -218,28 +217,34 @@ def test_records_that_are_not_whole_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("jitter", first(1, [0.003, 0.02]))
-def test_an_uneven_clock_is_refused_with_what_makes_it_even(tmp_path: Path, jitter: float) -> None:
+def test_an_uneven_clock_is_made_even_with_its_error_stated(tmp_path: Path, jitter: float) -> None:
     """Within half a step it would be taken for rounding, with an acceleration that is wrong by 4 %."""
     device = Device.of(scenario())
     rng = np.random.default_rng(2)
     t = np.sort(np.arange(4000) / RATE + jitter * rng.uniform(-1, 1, 4000))
-
-    def file(times: np.ndarray, values: np.ndarray) -> None:
-        lines = (f"{time:.6f},{value:.6f}\n" for time, value in zip(times, values, strict=True))
-        (tmp_path / "x.csv").write_text("time_s,acceleration_m_s2\n" + "".join(lines))
-
+    t = np.delete(t, [1000, 3000])
     values = 3.0 / 0.1245 * np.cos(4 * np.pi * t)
-    file(t, values)
-    with pytest.raises(
-        VireportError, match=r"interpolate (it|the signals) at steps of 0\.0\d+ s first, as by cubic"
-    ) as told:
-        driven_by("x.csv", ReadingPlace(str(tmp_path)), device, None)
-    assert len(told.value.lines) == 1
-    even = np.arange(t[0], t[-1], 1 / RATE)
-    file(even, CubicSpline(t, values)(even))
+    lines = (f"{time:.6f},{value:.6f}\n" for time, value in zip(t, values, strict=True))
+    (tmp_path / "x.csv").write_text("time_s,acceleration_m_s2\n" + "".join(lines))
     found = driven_by("x.csv", ReadingPlace(str(tmp_path)), device, None)
+    assert 0 < found.resampled < 0.05
+    even = found.recording
+    exact = 3.0 / 0.1245 * np.cos(4 * np.pi * even.times)
+    assert (
+        float(np.sqrt(np.mean((found.shaker.channel.values - exact) ** 2))) < found.resampled * found.shaker.amplitude
+    )
+    assert (even.even, len(even.stretches)) == (True, 1)
     assert found.share_of_1_1 == 1.0
     assert found.speed_bottom_m_s.value == pytest.approx(found.predicted.speed_bottom_m_s, rel=2e-3)
+
+
+def test_too_few_samples_at_uneven_times_are_refused(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    t = np.sort(rng.uniform(0, 400, 14000))
+    lines = (f"{time:.6f},{24 * np.cos(4 * np.pi * time):.6f}\n" for time in t)
+    (tmp_path / "x.csv").write_text("time_s,acceleration_m_s2\n" + "".join(lines))
+    with pytest.raises(VireportError, match=r"lacks samples before|put on an even clock it would be wrong by up to"):
+        driven_by("x.csv", ReadingPlace(str(tmp_path)), Device.of(scenario()), None)
 
 
 def test_times_that_were_rounded_are_driven(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from vireport.base.reading import ReadingPlace
 from vireport.base.records import brief
 from vireport.design.solution import Solution, solution_of, stable_motion
 from vireport.findings.driven.means import Mean, batched, parts_of
-from vireport.measurement.recordings import Recording, read_recording
+from vireport.measurement.recordings import HeardPlace, Recording, Unbroken, read_recording
 from vireport.measurement.shaker import ShakerFinding, ShakerMotion, shaker_findings
 from vireport.measurement.signals import shaken, shaker_of
 from vireport.motions.one_to_one import impact_velocities
@@ -47,6 +47,12 @@ more than so much of the record."""
 LARGEST_PHASE = 0.01
 """By how much times may be off an even clock, on which samples are put, in the phase of the force [rad]: by so much of
 its amplitude the acceleration is wrong then."""
+
+LARGEST_RESAMPLED = 0.05
+"""Share of the amplitude by which samples may be wrong that were put on an even clock by splines."""
+
+LONGEST_BRIDGED = TURN / 20
+"""Phase of the force [rad] in which samples may be missing: a spline goes on over so much of a sine."""
 
 MOST_IMPACTS = 300
 """In a period of the force: beyond, hops are followed that cannot be told from rest."""
@@ -118,6 +124,9 @@ class Driven(Struct, frozen=True, eq=False):
         None where there is no stable 1:1 motion.
     doubts : tuple of ShakerFinding
         What may be wrong with the record, beside what the scenario says.
+    resampled : float or None
+        Share of the amplitude by which the samples may be wrong as they were put on an even clock; None where they
+        were on one.
     """
 
     recording: Recording
@@ -139,6 +148,7 @@ class Driven(Struct, frozen=True, eq=False):
     deepest_m: float | None
     predicted: Prediction | None
     doubts: tuple[ShakerFinding, ...] = ()
+    resampled: float | None = None
 
     __repr__ = brief
 
@@ -189,21 +199,49 @@ def driven_by(
     shaker = shaker_of(recording, device, say)
     if shaker is None:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")
+    rate = TURN * shaker.frequency_hz
+    gaps = [(after.start_s - float(recording.times[after.first - 1])) * rate for after in recording.stretches[1:]]
+    if gaps and max(gaps) > LONGEST_BRIDGED:
+        lost = recording.stretches[gaps.index(max(gaps)) + 1].start_s
+        allowed = f"gaps of up to {100 * LONGEST_BRIDGED / TURN:g} % of a period, which are bridged"
+        raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: {allowed})")
+    resampled = None
     # A sample that is late by some time has the acceleration of a phase that is later by 2 pi f times as much.
-    if (off := TURN * shaker.frequency_hz * recording.uneven_s) > LARGEST_PHASE:
-        times = f"its times are up to {recording.uneven_s:.2g} s off an even clock"
-        wrong = f"which makes the acceleration wrong by up to {100 * off:.2g} % of its amplitude"
-        how = f"interpolate it at steps of {recording.step_s:.4g} s first, as by cubic splines"
-        allowed = f"(allowed: {100 * LARGEST_PHASE:g} %; {how})"
-        raise UsageError(f"{KEY}: {recording.name}: {times}, {wrong} {allowed}")
-    if len(recording.stretches) > 1:
-        lost = recording.stretches[1].start_s
-        raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: a record without gaps)")
+    if gaps or not recording.even or rate * recording.uneven_s > LARGEST_PHASE:
+        recording, error = _resampled(recording)
+        resampled = error / shaker.amplitude
+        if resampled > LARGEST_RESAMPLED:
+            wrong = f"put on an even clock it would be wrong by up to {100 * resampled:.2g} % of its amplitude"
+            allowed = f"(allowed: {100 * LARGEST_RESAMPLED:g} %; sample faster)"
+            raise UsageError(f"{KEY}: {recording.name}: its times are uneven; {wrong} {allowed}")
+        shaker = shaker_of(recording, device, say) or shaker
     driven_device = shaken(device, shaker)
     say("driving the record through the device")
     followed = _followed(recording, shaker, driven_device)
     answer = _counted(recording, shaker, driven_device, membrane, followed)
-    return replace(answer, doubts=shaker_findings(recording, shaker, device))
+    return replace(answer, doubts=shaker_findings(recording, shaker, device), resampled=resampled)
+
+
+def _resampled(recording: Recording) -> tuple[Recording, float]:
+    """A recording on an even clock, by cubic splines, and how wrong its acceleration may be [m/s^2].
+
+    The latter is what every other sample tells of those in between, by root mean square: more than what all samples
+    leave open, as the noise of the sensor is in it, too.
+    """
+    from scipy.interpolate import CubicSpline  # type: ignore[import-untyped]
+
+    times = recording.times if recording.clock is None else recording.clock
+    even = np.linspace(times[0], times[-1], 1 + round(float(times[-1] - times[0]) / recording.step_s))
+    channels, error = [], 0.0
+    for channel in recording.channels:
+        channels.append(replace(channel, values=CubicSpline(times, channel.values)(even)))
+        if channel.place is HeardPlace.CAPSULE:
+            told = CubicSpline(times[::2], channel.values[::2])(times[1:-1:2])
+            error = float(np.sqrt(np.mean((told - channel.values[1:-1:2]) ** 2)))
+    stretch = Unbroken(0, len(even), float(even[0]))
+    step = float(even[-1] - even[0]) / (len(even) - 1)
+    made = replace(recording, step_s=step, stretches=(stretch,), channels=tuple(channels), clock=None, even=True)
+    return made, error
 
 
 class _Followed(NamedTuple):

@@ -160,6 +160,8 @@ class DrivenData(ResultsBlock, frozen=True, kw_only=True):
     deepest_m: float | None
     predicted: PredictedMeans | None
     findings: list[ShakerFindingData]
+    reading: str = ""
+    resampling_error: float | None = None
 
 
 def driven_data(driven: Driven) -> DrivenData:
@@ -187,6 +189,8 @@ def driven_data(driven: Driven) -> DrivenData:
         deepest_m=driven.deepest_m,
         predicted=None if driven.predicted is None else PredictedMeans(**asdict(driven.predicted)),
         findings=[_doubt(row) for row in driven.doubts],
+        reading=recording.reading,
+        resampling_error=driven.resampled,
     )
 
 
