@@ -31,6 +31,7 @@ from vireport.figures.captions import FILES, Circles, Extent, MeasuredPoints
 from vireport.map.cells.cells import AxisName
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import NoFit, Open, Unfit
+from vireport.measurement.inspection import InspectedClock
 from vireport.measurement.misfit import BetterFit, Hidden
 from vireport.motions.events import Event
 from vireport.motions.stability import Stability
@@ -975,15 +976,39 @@ SAID += [
                 thing(times=[1.0] * 150, channel=thing(name=x), noise=0.01, middle_size=0.5)
                 for x in ("bottom_voltage_v", "top_voltage_v")
             ],
-            thing(samples=96000, start_s=1.0, end_s=3.0),
+            thing(samples=96000, start_s=1.0, end_s=3.0, reading=""),
             "x.csv",
         ),
     ),
+    (
+        "identify",
+        "heard",
+        (
+            thing(times=[1.0] * 150, middle_error_s=2e-5),
+            [thing(times=[1.0] * 150, channel=thing(name="voltage_v"), noise=0.01, middle_size=0.5)],
+            thing(samples=96000, start_s=1.0, end_s=3.0, reading="Rigol export: 2 head lines, 96,000 samples at 20 us"),
+            "x.csv",
+        ),
+    ),
+    ("identify", "read_as", (thing(reading="WAV: 2 channels, 44,000 samples at 250 us"), "x.wav")),
+    ("identify", "inspected", (thing(table=thing(reading="text: 1 head line"), samples=1400), "2 ms")),
+    ("identify", "inspected", (thing(table=thing(reading="text: 1 head line"), samples=1400), "")),
+    ("identify", "places", ((0.1, 0.2),)),
+    ("identify", "places", ((0.1, 0.2, 0.3, 0.4),)),
+    ("identify", "inspected_clock", (None,)),
     *(
-        ("identify", "finding", (thing(doubt=thing(name=name), channel="sound_pa", value=value),))
+        ("identify", "inspected_clock", (InspectedClock(column, 1e-3, 0.0, spread, *places),))
+        for column, spread, places in (
+            (None, 0.0, ()),
+            (1, 0.0, ()),
+            (2, 0.36, ((2.1,), (0.1,), (0.2, 0.3))),
+        )
+    ),
+    *(
+        ("identify", "finding", (thing(doubt=thing(name=name), channel="sound_pa", value=value, at_s=0.25),))
         for name, value in (
-            *(("CLIPPED", 12), ("SLOW", 2.0), ("FOLDED", 0.25), ("OFFSET", 0.3), ("BOTH", 3), ("GAPS", 2)),
-            ("UNEVEN", 2e-5),
+            *(("CLIPPED", 12), ("SLOW", 2.0), ("FOLDED", 0.25), ("OFFSET", 0.3), ("BOTH", 3), ("GAPS", 1), ("GAPS", 2)),
+            *(("UNEVEN", 2e-5), ("UNEQUAL", 1e-3), ("MISSING", 3), ("REPEATED", 2)),
         )
     ),
     (

@@ -16,7 +16,7 @@ EXTRAS = {
     "filelock": "sweep",
     "h5py": "recordings",
     "mpmath": "verify",
-    "npTDMS": "recordings",
+    "nptdms": "recordings",
     "numba": "simulation",
     "pyarrow": "sweep",
     "python-flint": "certify",

@@ -59,7 +59,7 @@ READERS = (
     WAV,
     Reader(lambda data: HDF5 in (data[:8], data[512:520]), read_hdf5, "h5py", "h5py"),
     Reader(_is_matlab, read_matlab),
-    Reader(lambda data: data.startswith((b"TDSm", b"TDSh")), read_tdms, "nptdms", "npTDMS"),
+    Reader(lambda data: data.startswith((b"TDSm", b"TDSh")), read_tdms, "nptdms", "nptdms"),
     Reader(
         lambda data: data[:200].lstrip(b" \r\n").startswith(b"-1") and b"    58" in data[:200],
         read_uff,

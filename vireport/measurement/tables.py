@@ -74,8 +74,8 @@ class Title(Struct, frozen=True):
 
         Examples
         --------
-        >>> Title.of("C1 in V"), Title.of("Time", "(ms)")
-        (Title(name='C1', unit=<RecordedUnit.V: 'V'>), Title(name='Time', unit=<RecordedUnit.MS: 'ms'>))
+        >>> [(title.name, title.unit.value) for title in (Title.of("C1 in V"), Title.of("Time", "(ms)"))]
+        [('C1', 'V'), ('Time', 'ms')]
         """
         stated = unit_in(unit) if unit else None
         text = text.strip()[:LONGEST_TITLE]
