@@ -46,6 +46,7 @@ docs/map
 docs/optimise
 docs/explore
 docs/identify
+docs/recordings
 docs/paper
 docs/templates
 docs/made/glossary

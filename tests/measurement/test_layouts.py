@@ -195,3 +195,9 @@ def test_impacts_are_read_by_the_same_keys() -> None:
         parse_record(IMPACTS.encode(), "x.csv", 2.0, keys=LayoutBlock.model_validate(columns(time_s=("Zeit", {}))))
     with pytest.raises(VireportError, match=re.escape("x.csv:3: membrane: 'left' is no membrane")):
         parse_record(IMPACTS.replace("top", "left", 1).encode(), "x.csv", 2.0, keys=keys)
+
+
+def test_the_docs_list_every_layout() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "recordings.md").read_text(encoding="utf-8")
+    table = page.partition("## What is read as it is")[2].partition("##")[0]
+    assert re.findall(r"^\| (.+?) \| .+ \|$", table, re.MULTILINE)[1:] == list(ALL)

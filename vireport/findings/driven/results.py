@@ -140,6 +140,10 @@ class DrivenData(ResultsBlock, frozen=True, kw_only=True):
         the same means of the stable 1:1 motion under the best sine and harmonics; null where there is none
     findings
         what may be wrong with the record, as alert VR018 says it
+    reading
+        as what the file was read, in words
+    resampling_error : 1
+        share of the amplitude by which samples may be wrong that were put on an even clock; null where they were on one
     """
 
     record: str
