@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import re
+import struct
+import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
 import layouts
 import numpy as np
+import pyarrow
 import pytest
 from layouts import COUNT, STEP, Layout
+from pyarrow import parquet
 
 from vireport.base.errors import VireportError
 from vireport.measurement.recordings import FlawKind, Recording, read_recording
@@ -61,6 +67,61 @@ def test_a_layout_that_is_broken_is_refused_or_tells_what_is_lost(name: str, tmp
         # What was cut may be a record that is shorter.
         with contextlib.suppress(VireportError):
             assert read_layout(tmp_path, layout, broken).samples <= COUNT
+
+
+@pytest.mark.parametrize(
+    "name", ["TDMS", "UFF 58", "UFF 58b", "WAV", "MATLAB 5", "MATLAB 7.3", "HDF5", "Parquet", "npz"]
+)
+def test_a_binary_file_that_is_cut_off_is_refused(name: str, tmp_path: Path) -> None:
+    layout = ALL[name]
+    with pytest.raises(VireportError):
+        read_layout(tmp_path, layout, layout.data[:-2000])
+
+
+def npz(head: str, data: bytes) -> bytes:
+    """An archive with an array whose header says what it likes."""
+    text = head.ljust(117) + "\n"
+    stored = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text.encode() + data
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("voltage_v.npy", stored)
+    return stream.getvalue()
+
+
+def test_an_npz_file_is_read_only_where_its_header_fits(tmp_path: Path) -> None:
+    head = "{{'descr': '{}', 'fortran_order': False, 'shape': ({},)}}"
+    fits = read(tmp_path, npz(head.format("<f8", 100), np.arange(100.0).tobytes()), "x.npz", sampling_rate_hz=10.0)
+    np.testing.assert_array_equal(fits.channels[0].values, np.arange(100.0))
+    for kind, count, message in (
+        ("<f8", 10**15, "its header does not fit its size (allowed: a file that is complete)"),
+        ("<f8", 99, "its header does not fit its size"),
+        ("|O", 100, "voltage_v: is no vector of real numbers"),
+    ):
+        with pytest.raises(VireportError, match=re.escape(message)):
+            read(tmp_path, npz(head.format(kind, count), bytes(800)), "x.npz", sampling_rate_hz=10.0)
+
+
+@pytest.mark.slow
+def test_what_unfolds_to_more_than_signals_do_is_refused(tmp_path: Path) -> None:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("voltage_v.npy", bytes(110_000_000))
+    with pytest.raises(VireportError, match="it unfolds to more than signals that were recorded"):
+        read(tmp_path, stream.getvalue(), "x.npz", sampling_rate_hz=10.0)
+    stream = io.BytesIO()
+    parquet.write_table(pyarrow.table({"voltage_v": np.zeros(14_000_000)}), stream)
+    with pytest.raises(VireportError, match="it unfolds to more than signals that were recorded"):
+        read(tmp_path, stream.getvalue(), "x.parquet", sampling_rate_hz=10.0)
+
+
+NEEDS = {"nptdms": "TDMS", "pyuff": "UFF 58", "h5py": "HDF5", "pyarrow": "Parquet"}
+
+
+@pytest.mark.parametrize("module", NEEDS)
+def test_without_its_package_a_file_names_the_command(module: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(VireportError, match=rf"needs {module} to be read: pip install 'vireport\[\w+\]'"):
+        read_layout(tmp_path, ALL[NEEDS[module]])
 
 
 def columns(**signals: Any) -> dict[str, Any]:
