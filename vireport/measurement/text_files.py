@@ -126,8 +126,6 @@ class TextLayout(Struct, frozen=True):
         Places of the columns that have numbers.
     titles : tuple of Title
         Of all columns.
-    named : bool
-        Whether a line has names.
     properties : mapping of str to tuple of str
         Values that stand above or beside the numbers, by name.
     maker : str
@@ -141,7 +139,6 @@ class TextLayout(Struct, frozen=True):
     cells: int
     numeric: tuple[int, ...]
     titles: tuple[Title, ...] = ()
-    named: bool = False
     properties: Mapping[str, tuple[str, ...]] = {}
     maker: str = ""
     counts: tuple[int, ...] = ()
@@ -404,7 +401,7 @@ def _described(name: str, lines: Sequence[str], way: TextLayout) -> TextLayout:
             kinds = OF_TIMES if k == way.numeric[0] and ascending else OF_VALUES
             titles[k] = Title(titles[k].name, unit_in(_property_of(properties, kinds, k).rpartition(":")[2]))
     return TextLayout(
-        *(way.delimiter, way.decimal, way.first, way.cells, way.numeric, tuple(titles), bool(names), properties),
+        *(way.delimiter, way.decimal, way.first, way.cells, way.numeric, tuple(titles), properties),
         maker="" if maker is None else maker.name,
         counts=tuple(counts),
     )
