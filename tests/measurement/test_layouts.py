@@ -15,8 +15,9 @@ import layouts
 import numpy as np
 import pyarrow
 import pytest
-from layouts import COUNT, STEP, Layout
+from layouts import COUNT, STEP, TIMES, VOLTAGE, Layout
 from pyarrow import parquet
+from scipy.io import savemat
 
 from vireport.base.errors import VireportError
 from vireport.measurement.recordings import FlawKind, Recording, read_recording
@@ -76,6 +77,19 @@ def test_a_binary_file_that_is_cut_off_is_refused(name: str, tmp_path: Path) -> 
     layout = ALL[name]
     with pytest.raises(VireportError):
         read_layout(tmp_path, layout, layout.data[:-2000])
+
+
+def test_a_uff_file_may_begin_with_other_sets(tmp_path: Path) -> None:
+    layout = ALL["UFF 58"]
+    head = "".join(f"{line:80s}\n" for line in ("    -1", "   151", *["model"] * 7, "    -1"))
+    assert read_layout(tmp_path, layout, head.encode() + layout.data).samples == COUNT
+
+
+def test_a_file_of_matlab_4_is_read(tmp_path: Path) -> None:
+    stream = io.BytesIO()
+    savemat(stream, {"time_s": TIMES, "voltage_v": VOLTAGE}, format="4")
+    recording = read(tmp_path, stream.getvalue(), "x.dat")
+    np.testing.assert_array_equal(recording.channels[0].values, VOLTAGE)
 
 
 def npz(head: str, data: bytes) -> bytes:

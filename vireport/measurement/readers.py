@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from importlib.util import find_spec
 
@@ -19,6 +20,13 @@ ReadTable = Callable[[str, bytes, LayoutBlock, Wanted], RecordedTable]
 """From the name of a file, its bytes, what is said of it and the choice of its columns to a table of these."""
 
 
+UFF = re.compile(rb"\s*-1[ ]*\r?\n\s*(?:58b?|15[0-9]?|164|2\d{3})\s")
+"""With which a UFF file begins: the mark of a set, and the number of one that files with functions of time have."""
+
+MOST_OF_HEAD, FIRST_OF_4 = 400, 20
+"""Bytes in which a UFF file shows itself, and those before the name of an array of MATLAB 4."""
+
+
 class Reader(Struct, frozen=True):
     """A reader of files of one kind.
 
@@ -27,13 +35,12 @@ class Reader(Struct, frozen=True):
     begins : callable
         Whether bytes are of such a file.
     read : callable
-    module, package : str
-        The library that it needs, as it is imported and installed; "" without one.
+    package : str
+        That it needs, by the name of its module; "" without one.
     """
 
     begins: Callable[[bytes], bool]
     read: ReadTable
-    module: str = ""
     package: str = ""
 
 
@@ -42,31 +49,19 @@ def _is_matlab(data: bytes) -> bool:
 
 
 def _is_matlab_4(data: bytes) -> bool:
-    """Whether a file begins with the type of an array of version 4: little-endian, double to bytes, full."""
-    return (
-        len(data) > 20
-        and data[:4] in (bytes([kind, 0, 0, 0]) for kind in (0, 10, 20, 30, 40, 50))
-        and data[12:16]
-        in (
-            bytes(4),
-            b"\1\0\0\0",
-        )
-    )
+    """Whether a file begins with a full array of version 4, of numbers in the order of bytes of today's machines."""
+    kinds = (bytes([kind, 0, 0, 0]) for kind in range(0, 60, 10))
+    return len(data) > FIRST_OF_4 and data[:4] in kinds and data[12:16] in (bytes(4), b"\1\0\0\0")
 
 
 WAV = Reader(lambda data: data[:4] in ORDERS and data[8:12] == b"WAVE", read_sound)
 READERS = (
     WAV,
-    Reader(lambda data: HDF5 in (data[:8], data[512:520]), read_hdf5, "h5py", "h5py"),
+    Reader(lambda data: HDF5 in (data[:8], data[512:520]), read_hdf5, "h5py"),
     Reader(_is_matlab, read_matlab),
-    Reader(lambda data: data.startswith((b"TDSm", b"TDSh")), read_tdms, "nptdms", "nptdms"),
-    Reader(
-        lambda data: data[:200].lstrip(b" \r\n").startswith(b"-1") and b"    58" in data[:200],
-        read_uff,
-        "pyuff",
-        "pyuff",
-    ),
-    Reader(lambda data: data.startswith(b"PAR1"), read_parquet, "pyarrow", "pyarrow"),
+    Reader(lambda data: data.startswith((b"TDSm", b"TDSh")), read_tdms, "nptdms"),
+    Reader(lambda data: UFF.match(data[:MOST_OF_HEAD]) is not None, read_uff, "pyuff"),
+    Reader(lambda data: data.startswith(b"PAR1"), read_parquet, "pyarrow"),
     Reader(lambda data: data.startswith(b"PK\3\4") and b".npy" in data[:300], read_npz),
 )
 """The readers of files that are no text, each with how its files begin."""
@@ -102,6 +97,6 @@ def reader_of(name: str, data: bytes) -> Reader:
     for begin, kind, how in CONVERTED:
         if reader is TEXT and data.startswith(begin):
             raise UsageError(f"{name} is {kind}, which is not read (convert it: {how.replace('FILE', name)})")
-    if reader.module and find_spec(reader.module) is None:
+    if reader.package and find_spec(reader.package) is None:
         raise UsageError(f"{name} needs {reader.package} to be read: {install_command(reader.package)}")
     return reader
