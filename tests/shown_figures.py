@@ -15,7 +15,6 @@ import numpy as np
 from definitions import VACUUM_PERMITTIVITY, mean
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from shown import PREFIXES, Amount, Below, Said, plain
 from shown_tables import (
@@ -38,12 +37,8 @@ CLOSE = 1e-9
 
 
 def legend_of(figure: Figure) -> dict[str, Any]:
-    """The looks of a figure's legends, by their words."""
-    return {
-        plain(text.get_text()): handle
-        for legend in figure.findobj(Legend)
-        for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True)
-    }
+    """The lines of a figure's legends, by their words."""
+    return {plain(line.get_label()): line for line in figure.artists}
 
 
 def curve(axes: Axes, look: Any, style: Any) -> np.ndarray:

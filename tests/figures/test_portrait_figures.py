@@ -39,8 +39,8 @@ from vireport.figures.portraits import (
     rides,
     short,
 )
-from vireport.figures.style import png_of
 from vireport.figures.sweeps import figure_2, figure_7
+from vireport.figures.vector import png
 from vireport.simulation.attractors import Diagram, Outcome
 from vireport.study.plan import Task
 
@@ -302,16 +302,16 @@ def test_the_analytic_branch_lies_beneath_the_diagram() -> None:
 SCRIPT = """
 import hashlib
 from figure_cases import PAPER, motion
-from vireport.figures.style import png_of
+from vireport.figures.vector import png
 from vireport.figures.portraits import figure_3, figure_6
 for draw in (figure_3, figure_6):
-    print(hashlib.sha256(png_of(draw([motion(name) for name in PAPER]))).hexdigest())
+    print(hashlib.sha256(png(draw([motion(name) for name in PAPER]))).hexdigest())
 """
 
 
 @pytest.mark.slow
 def test_the_bytes_are_the_same_whatever_the_user_has_set(tmp_path: Path) -> None:
-    here = [hashlib.sha256(png_of(draw([motion(name) for name in PAPER]))).hexdigest() for draw in (figure_3, figure_6)]
+    here = [hashlib.sha256(png(draw([motion(name) for name in PAPER]))).hexdigest() for draw in (figure_3, figure_6)]
     (tmp_path / "matplotlibrc").write_text(
         "font.size: 25\nlines.linewidth: 9\naxes.facecolor: red\ntext.color: green\n"
     )

@@ -9,7 +9,8 @@ import pytest
 from PIL import Image
 
 from vireport.figures.layout import blank, finished
-from vireport.figures.style import Color, Picture, png_of, style
+from vireport.figures.style import Color, Picture, style
+from vireport.figures.vector import png
 
 
 def picture(*, pixels: bool = False) -> Picture:
@@ -39,7 +40,9 @@ def grey(png: bytes) -> np.ndarray:
 @pytest.mark.parametrize("pixels", [False, True])
 def test_pixels_are_those_that_matplotlib_draws(pixels: bool) -> None:
     shown = picture(pixels=pixels)
-    ours, theirs = grey(shown.png), grey(png_of(shown.figure))
+    with style():
+        theirs = grey(png(shown.figure))
+    ours = grey(shown.png)
     assert ours.shape == theirs.shape
     assert theirs.std() > 20
     # Texts stand where they were laid out, to a fraction of a pixel.

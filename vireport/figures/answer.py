@@ -15,6 +15,7 @@ from vireport.figures.curves import Floats, Stretch, stretches, swept_solution
 from vireport.figures.layout import blank, finished, fit_vertically, round_ticks
 from vireport.figures.style import Color, Look, Picture, sheet, style
 from vireport.figures.sweeps import ALIKE, BOTTOM, EVENT_LINE, TOP, of_stability
+from vireport.figures.ticks import set_ticks
 from vireport.motions.one_to_one import impact_velocities
 from vireport.motions.points import Point
 from vireport.study.plan import Task
@@ -88,7 +89,7 @@ def figure_answer(study: Study) -> Figure:
         axes.set_ylabel("impact speed [m/s]")
         fit_vertically([axes])
         axes.set_ylim(0.0, axes.get_ylim()[1])
-        axes.set_xticks(*round_ticks(low, high, sheet().across))
+        set_ticks(axes.xaxis, *round_ticks(low, high, sheet().across))
         for value, point, place in _ends(study)[:MOST_ENDS]:
             axes.axvline(value, **END_LINE)
             _write_at_line(axes, study, value, f"{point.label} {place}".strip(), of_design=False)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from vireport.figures.captions import pictured
 from vireport.figures.layout import Entry, blank, finished, letter_of, prefix, round_ticks, title
 from vireport.figures.style import DASHED, Color, Look, Picture, sheet, style
+from vireport.figures.ticks import set_ticks
 from vireport.physics.energy import ElectricalCycle, Membrane, cycle_of
 from vireport.study.plan import Task
 from vireport.study.study import Study
@@ -87,8 +88,8 @@ def figure_cycle(cycles: tuple[ElectricalCycle, ...], membrane: Membrane, exactn
                 axes.axhline(limit / 10.0 ** powers[1], **LIMIT)
         ends = [high / 10.0**power for high, power in zip(highest, powers, strict=True)]
         panels[0, 0].set(xlim=(0, ends[0]), ylim=(0, ends[1]), ylabel=f"voltage [{PREFIXES[powers[1]]}V]")
-        panels[0, 0].set_xticks(*round_ticks(0.0, ends[0], min(WIDTH, sheet().across / 2)))
-        panels[0, 0].set_yticks(*round_ticks(0.0, ends[1], WIDTH))
+        set_ticks(panels[0, 0].xaxis, *round_ticks(0.0, ends[0], min(WIDTH, sheet().across / 2)))
+        set_ticks(panels[0, 0].yaxis, *round_ticks(0.0, ends[1], WIDTH))
         broken: list[Entry] = [(BREAKDOWN, LIMIT)] if limit is not None and limit < highest[1] else []
         return finished(figure, HEIGHT, [], [STAGES, broken])
 

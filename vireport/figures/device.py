@@ -40,6 +40,7 @@ from vireport.figures.style import (
     sheet,
     style,
 )
+from vireport.figures.ticks import set_ticks
 from vireport.motions.one_to_one import ball_path
 from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
@@ -191,7 +192,7 @@ def _path(axes: Axes, study: Study, motion: DrawnCurve) -> None:
     for impacts, look in ((distance < AT_WALL, BOTTOM_IMPACT), (distance > 1 - AT_WALL, TOP_IMPACT)):
         axes.plot(time[impacts], length * distance[impacts], **look)
     axes.set_xlim(-0.03 * time[-1], 1.03 * time[-1])
-    axes.set_xticks(*round_ticks(0.0, float(time[-1]), WIDTH))
+    set_ticks(axes.xaxis, *round_ticks(0.0, float(time[-1]), WIDTH))
     axes.set_xlabel(TIME)
     axes.set_ylabel("ball from the bottom membrane [m]")
     fit_vertically([axes])

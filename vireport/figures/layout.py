@@ -6,28 +6,28 @@ The panels are placed first; the heading is put over them, and labels are writte
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import accumulate
 from string import ascii_lowercase
 from textwrap import fill
-from typing import Any
+from typing import Any, cast
 
 import matplotlib
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.transforms import Affine2DBase, ScaledTranslation
 from msgspec import Struct
 
 from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
-from vireport.figures.placing import place_panels
+from vireport.figures.placing import LINE, place_panels
 from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
+from vireport.figures.ticks import set_ticks
 from vireport.figures.vector import PER_INCH, LayoutCanvas, text_size
 from vireport.motions.sweep import Sweep
 from vireport.scenario.parameters import Parameter
@@ -69,7 +69,10 @@ _TOGETHER = re.compile(r"(?<=\d) (?=\S{1,3}(?:[\s,;:.)]|$))| (?== )|(?<==) ")
 """Spaces after numbers before what may be units, and those of equations."""
 
 HANDLE = 0.4
-"""Width of the line before a name in a legend [in]."""
+"""Width of the line before a name in a legend [in], for the choice of lines."""
+
+HANDLE_RISE = 0.35
+"""Height of that line over the foot of its name, over the size of type."""
 
 NARROW = 4.5
 """Width of panels [in] below which those that are beside one another on a page stand below one another."""
@@ -111,25 +114,8 @@ def finished(
     aligned : sequence of Axes
         Panels above one another, the labels of whose vertical axes are in one line.
     """
-    page = sheet()
-    heading: list[Artist] = [
-        figure.text(0, 0, _filled(text), color=color, size=page.small, va="top")
-        for text, color in lines
-        if page.headed or color != Color.BLACK
-    ]
-    heading += [legend for entries in legends if entries for legend in _legends(figure, entries)]
-    heights = [item.get_window_extent().height / figure.dpi for item in heading]
-    room = sum(heights) + LINE_GAP * (len(heights) + 1)
+    room = _write_heading(figure, lines, legends)
     place_panels(figure, height, room, aligned)
-    top = LINE_GAP
-    for item, item_height in zip(heading, heights, strict=True):
-        # From the corner, so that they stay there where the figure becomes higher.
-        place = figure.transFigure + ScaledTranslation(EDGE, -top, figure.dpi_scale_trans)
-        if isinstance(item, Legend):
-            item.set_bbox_to_anchor((0, 1), transform=place)
-        else:
-            item.set(position=(0, 1), transform=place)
-        top += item_height + LINE_GAP
     figure.stretch = lambda more: place_panels(figure, height + more, room, aligned)
     for axes, texts in labels:
         write_labels(axes, texts)
@@ -157,68 +143,73 @@ def _filled(text: str) -> str:
     return folded(text, sheet().letters(sheet().width - 2 * EDGE))
 
 
-def _legends(figure: Figure, entries: Sequence[Entry]) -> list[Legend]:
-    """Legends to be read line by line: one in as many columns as fit, or one for each line where that takes fewer.
+def _write_heading(figure: Figure, lines: Sequence[tuple[str, str]], legends: Iterable[Sequence[Entry]]) -> float:
+    """Write lines and legends from the upper left corner down, where they stay as the figure becomes higher.
 
-    What is too long for a line has several.
+    Returns their height [in].
     """
-    room = sheet().width - 2 * EDGE
-    columns, lines = _columns(entries, room * PER_INCH), _lines(entries, room * PER_INCH)
-    if not columns:
+    size, top = sheet().small, LINE_GAP
+    place = figure.dpi_scale_trans + ScaledTranslation(0, 1, cast(Affine2DBase, figure.transFigure))
+
+    def write(x: float, text: str, color: str) -> float:
+        written = figure.text(x, -top, text, color=color, size=size, va="top", transform=place)
+        return float(written.get_window_extent().height) / PER_INCH
+
+    for text, color in lines:
+        if sheet().headed or color != Color.BLACK:
+            top += write(EDGE, _filled(text), color) + LINE_GAP
+    _, height, descent = text_size(LINE, FontProperties(size=size))
+    for entries in filter(None, legends):
+        handle, pad = (size * width / PER_INCH for width in _handle(entries))
+        for row in _legend_rows(entries):
+            level = -top - (height - descent - HANDLE_RISE * size) / PER_INCH
+            for x, (name, look) in row:
+                ends = EDGE + x + handle * np.array([0.0, 0.5, 1.0])
+                # A marker stands in the middle of its line.
+                line = Line2D(ends, np.full(3, level), markevery=[1], label=name, transform=place, **look)
+                figure.add_artist(line)
+            top += max(write(EDGE + x + handle + pad, name, Color.BLACK) for x, (name, _) in row) + LINE_GAP
+    return top
+
+
+def _legend_rows(entries: Sequence[Entry]) -> list[list[tuple[float, Entry]]]:
+    """The rows of a legend, read one after the other: each entry with the place where it begins [in].
+
+    They have as many columns as fit, or are filled one by one where that takes fewer. An entry that is too long for a
+    row has several lines.
+    """
+    room, font = sheet().width - 2 * EDGE, FontProperties(size=sheet().small)
+    before = sheet().small * sum(_handle(entries)) / PER_INCH
+    gap = sheet().small * matplotlib.rcParams["legend.columnspacing"] / PER_INCH
+    widths = [before + text_size(name, font)[0] / PER_INCH for name, _ in entries]
+    if max(widths) > room:
         letters = sheet().letters(room - HANDLE)
-        return [_in_columns(figure, [(folded(name, letters), look) for name, look in entries], 1)]
-    if len(entries) > columns * len(lines):
-        return [_in_columns(figure, line, len(line)) for line in lines]
-    return [_in_columns(figure, entries, columns)]
+        return [[(0.0, (folded(name, letters), look))] for name, look in entries]
+    filled = list[list[int]]()
+    for k, width in enumerate(widths):
+        if not filled or sum(widths[i] + gap for i in filled[-1]) + width > room:
+            filled.append([])
+        filled[-1].append(k)
 
+    def starts(widths: Sequence[float]) -> list[float]:
+        return list(accumulate((width + gap for width in widths), initial=0.0))
 
-def _columns(entries: Sequence[Entry], room: float) -> int:
-    """The most columns of a legend that are not wider than some room [pt]; 0 where one is."""
-    widths, gap = _widths(entries)
     for columns in range(len(entries), 0, -1):
-        if sum(max(widths[k::columns]) for k in range(columns)) + gap * (columns - 1) <= room:
-            return columns
-    return 0
+        across = starts([max(widths[k::columns]) for k in range(columns)])
+        if across[-1] - gap <= room:
+            break
+    if len(entries) > columns * len(filled):
+        rows = [(row, starts([widths[k] for k in row])) for row in filled]
+    else:
+        rows = [(list(range(len(entries))[k : k + columns]), across) for k in range(0, len(entries), columns)]
+    return [[(x, entries[k]) for k, x in zip(row, places, strict=False)] for row, places in rows]
 
 
-def _lines(entries: Sequence[Entry], room: float) -> list[list[Entry]]:
-    """As many entries of a legend in a line as fit some room [pt]."""
-    lines, left = list[list[Entry]](), 0.0
-    widths, gap = _widths(entries)
-    for entry, width in zip(entries, widths, strict=True):
-        if not lines or width > left:
-            lines.append([])
-            left = room
-        lines[-1].append(entry)
-        left -= width + gap
-    return lines
-
-
-def _widths(entries: Sequence[Entry]) -> tuple[list[float], float]:
-    """Width of each entry of a legend, and the gap between two [pt]."""
-    size, font = sheet().small, FontProperties(size=sheet().small)
-    handle = (_handle(entries) + matplotlib.rcParams["legend.handletextpad"]) * size
-    widths = [handle + max(text_size(line, font)[0] for line in name.splitlines()) for name, _ in entries]
-    return widths, matplotlib.rcParams["legend.columnspacing"] * size
-
-
-def _handle(entries: Sequence[Entry]) -> float:
-    """Width of the line or the marker before a name, over the size of type."""
+def _handle(entries: Sequence[Entry]) -> tuple[float, float]:
+    """Width of the line or the marker before a name, and of the gap between them, over the size of type."""
+    settings: Mapping[Any, Any] = matplotlib.rcParams
     only_marks = all(look.get("linestyle") == "none" for _, look in entries)
-    return 1.0 if only_marks else float(matplotlib.rcParams["legend.handlelength"])
-
-
-def _in_columns(figure: Figure, entries: Sequence[Entry], columns: int) -> Legend:
-    # Matplotlib fills a legend column by column.
-    ordered = [entry for k in range(columns) for entry in entries[k::columns]]
-    return figure.legend(
-        [Line2D([], [], **look) for _, look in ordered],
-        [name for name, _ in ordered],
-        ncols=columns,
-        loc="upper left",
-        bbox_to_anchor=(0, 1),
-        handlelength=_handle(entries),
-    )
+    return 1.0 if only_marks else settings["legend.handlelength"], settings["legend.handletextpad"]
 
 
 def letter_of(number: int) -> str:
@@ -265,7 +256,7 @@ def fit_vertically(panels: Sequence[Axes], ticks: int = 6) -> None:
         panels[0].yaxis.set_major_locator(MaxNLocator(ticks, steps=ROUND_STEPS))
     else:
         panels[0].set_ylim(0.0, 1.0)
-        panels[0].set_yticks([])
+        set_ticks(panels[0].yaxis, [], [])
 
 
 def prefix(values: Iterable[Floats]) -> int:
@@ -378,14 +369,14 @@ class SweepAxis(Struct, frozen=True):
         below, over = reversed(names) if self.by_value else names
         margin = MARGIN_X * (self.high - self.low)
         panels[-1].set_xlim(self.low - margin, self.high + margin)
-        panels[-1].set_xticks(*round_ticks(self.low, self.high, width))
+        set_ticks(panels[-1].xaxis, *round_ticks(self.low, self.high, width))
         panels[-1].set_xlabel(below)
         top = panels[0].secondary_xaxis("top")
         if not self.scales_on_top:
-            top.set_xticks([])
+            set_ticks(top.xaxis, [], [])
             top.set_xlabel(above)
             return
-        top.set_xticks(*self._along_top(width))
+        set_ticks(top.xaxis, *self._along_top(width))
         top.set_xlabel(f"{above}\n{over}" if above else over)
 
     def _along_top(self, width: float) -> tuple[Floats, list[str]]:

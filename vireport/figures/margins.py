@@ -16,6 +16,7 @@ from vireport.figures.style import (
     sheet,
     style,
 )
+from vireport.figures.ticks import set_ticks
 from vireport.scenario.parameters import DesignInput
 from vireport.study.plan import Task
 from vireport.study.study import Study
@@ -34,7 +35,7 @@ def figure_margins(end: Margin, shifts: list[tuple[DesignInput, float]]) -> Figu
         figure, panels = blank(1)
         axes = panels[0, 0]
         axes.barh(range(len(shifts)), [shift for _, shift in shifts], height=0.7, color=Color.GREY)
-        axes.set_yticks(range(len(shifts)), [name.quantity for name, _ in shifts])
+        set_ticks(axes.yaxis, range(len(shifts)), [name.quantity for name, _ in shifts])
         axes.invert_yaxis()
         axes.axvline(0.0, **GUIDE)
         shift = f"shift of the {end.event.words} in {end.parameter.symbol} [% of its value]"

@@ -39,6 +39,7 @@ from vireport.figures.sweeps import (
     point_legend,
     stability_legend,
 )
+from vireport.figures.ticks import set_ticks
 from vireport.motions.branches import Branch
 from vireport.scenario.parameters import Parameter
 from vireport.text.formatting import PREFIXES
@@ -160,6 +161,6 @@ def _dress(axes: Axes, drawings: Sequence[Drawing], over: Parameter | None) -> N
     ends = [(sweep.start, sweep.end) if over is not None else sweep.coordinate_range for sweep in sweeps]
     low, high = (float(choose(np.ravel(ends))) for choose in (np.min, np.max))
     axes.set_xlim(*widened(low, high, MARGIN_X))
-    axes.set_xticks(*round_ticks(low, high, sheet().across))
+    set_ticks(axes.xaxis, *round_ticks(low, high, sheet().across))
     swept = "distance d = 4 M s f² / F [–]" if over is None else over.label
     axes.set_xlabel(swept)

@@ -22,6 +22,7 @@ from matplotlib.transforms import Bbox, ScaledTranslation
 from msgspec import Struct
 
 from vireport.figures.curves import Floats
+from vireport.figures.ticks import ticks_of
 from vireport.figures.vector import PER_INCH, LayoutCanvas, text_size
 
 EDGE, ROW_GAP, COLUMN_GAP = 3.6, 4.3, 7.2
@@ -38,9 +39,6 @@ LINE = "lp"
 
 DIGITS = 6
 """Decimals of what is measured."""
-
-ON_FRAME = 1e-6
-"""Distance from the end of an axis up to which a tick is drawn."""
 
 SIDES = "left", "bottom", "right", "top"
 LEFT, BOTTOM, RIGHT, TOP = range(4)
@@ -143,24 +141,19 @@ def _beside_axis(axis: Any, scale: Axis, labels: dict[Axis, float]) -> Floats:
 
     `scale` is the axis of the panel in that direction, which one along the top follows.
     """
-    settings: Mapping[Any, Any] = matplotlib.rcParams
     room, params, name = np.zeros(4), axis.get_tick_params(), axis.axis_name
     direction, (lower, upper) = (0, (LEFT, RIGHT)) if name == "x" else (1, (BOTTOM, TOP))
     sides = [side for side in range(4) if side not in (lower, upper) and params.get(f"label{SIDES[side]}")]
-    values = np.asarray(axis.get_majorticklocs(), dtype=float) if sides else np.empty(0)
-    if len(values):
-        transform, length = scale.get_transform(), scale.axes.bbox.size[direction]
-        start, end = transform.transform(np.array(scale.get_view_interval()))
-        before = (transform.transform(values) - start) / (end - start) * length
-        font = FontProperties(size=params.get("labelsize", settings[f"{name}tick.labelsize"]))
-        line, pad = text_size(LINE, font)[1], settings[f"{name}tick.major.pad"] + axis.get_tick_padding()
-        texts = axis.get_major_formatter().format_ticks(values)
-        for at, text in zip(before, texts, strict=True):
-            if text and -ON_FRAME <= at <= length + ON_FRAME:
+    ticks = ticks_of(axis, scale) if sides else None
+    if ticks is not None and len(axis.get_majorticklocs()):
+        font = FontProperties(size=ticks.size)
+        line = text_size(LINE, font)[1]
+        for at, text in zip(ticks.places, ticks.texts, strict=True):
+            if text:
                 size = text_size(text, font)[0], line
-                beyond = size[direction] / 2 - np.array([at, length - at])
+                beyond = size[direction] / 2 - np.array([at, ticks.length - at])
                 room[[lower, upper]] = np.maximum(room[[lower, upper]], beyond)
-                room[sides] = np.maximum(room[sides], pad + size[1 - direction])
+                room[sides] = np.maximum(room[sides], ticks.pad + size[1 - direction])
         if axis.get_major_formatter().get_offset():
             room[TOP if name == "y" else sides] += FACTOR_GAP + line
     room = room.round(DIGITS)

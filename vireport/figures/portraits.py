@@ -34,6 +34,7 @@ from vireport.figures.style import (
     sheet,
     style,
 )
+from vireport.figures.ticks import set_ticks
 from vireport.physics.forcing import wave
 from vireport.simulation.attractors import Outcome
 from vireport.study.plan import Task
@@ -259,7 +260,7 @@ def _head(held: str) -> list[tuple[str, str]]:
 def _phase_portrait(axes: Axes, portrait: Portrait) -> None:
     z, v, half = portrait.position, portrait.velocity, portrait.d / 2
     axes.set_xlim(*widened(-half, half, 0.09))
-    axes.set_xticks(*round_ticks(*axes.get_xlim(), LEFT))
+    set_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), LEFT))
     for wall in (-half, half):
         axes.axvline(wall, **WALL)
     axes.axhline(0.0, **GUIDE)
@@ -379,7 +380,7 @@ def measured_times(portrait: Portrait, impacts: DrawnImpacts) -> tuple[Floats, S
 def _time_axis(axes: Axes, portrait: Portrait, width: float) -> None:
     end = float(periods(portrait.time[-1])) if moves(portrait) else 2.0
     axes.set_xlim(*widened(0.0, end, 0.02))
-    axes.set_xticks(*round_ticks(*axes.get_xlim(), width))
+    set_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), width))
 
 
 def _lines(axes: Axes, parts: Sequence[DrawnCurve], look: Look) -> None:

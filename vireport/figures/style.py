@@ -16,12 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from msgspec import Struct, field
 from msgspec.structs import replace
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from vireport.base.errors import UsageError
 from vireport.base.files import WRITTEN_BY
-from vireport.figures.vector import Drawn, drawing, pixels
+from vireport.figures.vector import Drawn, drawing, png
 
 Look = dict[str, Any]
 """Properties of a line or of markers, as `matplotlib.lines.Line2D` takes them."""
@@ -89,9 +87,6 @@ WIDTH = 6.7
 """Width of every figure [in]: that of the text of an A4 page."""
 
 DPI = 150
-
-PNG_SETTINGS: dict[str, Any] = {"metadata": {"Software": WRITTEN_BY}, "pil_kwargs": {"compress_level": 3}}
-"""Of PNG files: with less compression than the usual 6 they are 3 % larger, and saved a third faster."""
 
 TEXT, SMALL = 8.5, 8.0
 """Sizes of type [pt]."""
@@ -273,17 +268,8 @@ class NotebookFigure(Figure):
     stretch: Callable[[float], None]
 
     def _repr_png_(self) -> bytes:
-        return png_of(self)
-
-
-def png_of(figure: Figure) -> bytes:
-    """Save a figure as a PNG file; the same figure gives the same bytes in every run."""
-    file = BytesIO()
-    canvas: Any = figure.canvas
-    with style():
-        # `Figure.savefig` does the same, but first lays the figure out, which is final already.
-        canvas.print_png(file, **PNG_SETTINGS)
-    return file.getvalue()
+        with style():
+            return png(self)
 
 
 SVG_FONTS = "DejaVu Sans, Libertinus Serif, sans-serif"
@@ -357,20 +343,13 @@ class Picture(Struct, frozen=True, eq=False, dict=True):
     def png(self) -> bytes:
         """The figure as a PNG file; the same figure gives the same bytes in every run."""
         with drawn_for(self.sheet), style():
-            drawn = self._drawn
-            if drawn.strokes is None:
-                return png_of(self.figure)
-            file, dpi, written = BytesIO(), self.figure.dpi, PngInfo()
-            for key, value in PNG_SETTINGS["metadata"].items():
-                written.add_text(key, value)
-            image = Image.fromarray(pixels(drawn, dpi))
-            image.save(file, "PNG", dpi=(dpi, dpi), pnginfo=written, **PNG_SETTINGS["pil_kwargs"])
-            return file.getvalue()
+            return png(self.figure, self._drawn.strokes)
 
     @cached_property
     def _drawn(self) -> Drawn:
         # All figures are in one page, where no two things have the same identifier.
-        with drawn_for(self.sheet), style(), matplotlib.rc_context({"svg.hashsalt": self.name}):
+        with drawn_for(self.sheet), style():
+            matplotlib.rcParams["svg.hashsalt"] = self.name
             return drawing(self.figure, self.recorded)
 
     @cached_property

@@ -273,8 +273,7 @@ def test_each_colour_and_kind_of_curve_has_a_name_in_the_figure_or_its_legend(
     figure = picture(drawn).figure
     (axes,) = figure.axes
     filled = {to_hex(patch.get_facecolor()) for patch in axes.patches}
-    handles = [handle for legend in figure.legends for handle in legend.legend_handles]
-    listed = {to_hex(handle.get_markerfacecolor()) for handle in handles if handle.get_marker() == "s"}
+    listed = {to_hex(handle.get_markerfacecolor()) for handle in figure.artists if handle.get_marker() == "s"}
     assert len(filled) == len({color for _, color in colored(drawn) if color})
     texts, said = [text.get_text() for text in axes.texts], Words("chart")
     named = naming(drawn)
@@ -290,7 +289,7 @@ def test_each_colour_and_kind_of_curve_has_a_name_in_the_figure_or_its_legend(
         return line.get_color(), line.get_linestyle(), line.get_linewidth()
 
     curves = {look(line) for line in axes.lines if line.get_linestyle() != "None" and line.get_zorder() < 3}
-    listed_curves = {look(handle) for handle in handles if handle.get_linestyle() != "None"}
+    listed_curves = {look(handle) for handle in figure.artists if handle.get_linestyle() != "None"}
     told = {
         look(Line2D([], [], **(LOCI[locus.event][1] | EDGE)))
         for locus in drawn.loci
