@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import accumulate
 from string import ascii_lowercase
 from textwrap import fill
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import matplotlib
 import numpy as np
@@ -149,26 +149,31 @@ def _write_heading(figure: Figure, lines: Sequence[tuple[str, str]], legends: It
     Returns their height [in].
     """
     size, top = sheet().small, LINE_GAP
+    font = FontProperties(size=size)
     place = figure.dpi_scale_trans + ScaledTranslation(0, 1, cast(Affine2DBase, figure.transFigure))
 
-    def write(x: float, text: str, color: str) -> float:
-        written = figure.text(x, -top, text, color=color, size=size, va="top", transform=place)
+    def write(x: float, y: float, text: str, color: str, va: Literal["top", "baseline"]) -> float:
+        written = figure.text(x, y, text, color=color, size=size, va=va, transform=place)
         return float(written.get_window_extent().height) / PER_INCH
 
     for text, color in lines:
         if sheet().headed or color != Color.BLACK:
-            top += write(EDGE, _filled(text), color) + LINE_GAP
-    _, height, descent = text_size(LINE, FontProperties(size=size))
+            top += write(EDGE, -top, _filled(text), color, "top") + LINE_GAP
     for entries in filter(None, legends):
         handle, pad = (size * width / PER_INCH for width in _handle(entries))
         for row in _legend_rows(entries):
-            level = -top - (height - descent - HANDLE_RISE * size) / PER_INCH
+            sizes = [text_size(text, font) for text in (LINE, *(name.splitlines()[0] for _, (name, _) in row))]
+            foot = -top - max(height - descent for _, height, descent in sizes) / PER_INCH
+            heights = []
             for x, (name, look) in row:
-                ends = EDGE + x + handle * np.array([0.0, 0.5, 1.0])
+                ends, level = EDGE + x + handle * np.array([0.0, 0.5, 1.0]), foot + HANDLE_RISE * size / PER_INCH
                 # A marker stands in the middle of its line.
-                line = Line2D(ends, np.full(3, level), markevery=[1], label=name, transform=place, **look)
-                figure.add_artist(line)
-            top += max(write(EDGE + x + handle + pad, name, Color.BLACK) for x, (name, _) in row) + LINE_GAP
+                figure.add_artist(Line2D(ends, [level] * 3, markevery=[1], label=name, transform=place, **look))
+                if "\n" in name:
+                    heights.append(write(ends[-1] + pad, -top, name, Color.BLACK, "top"))
+                else:
+                    heights.append(write(ends[-1] + pad, foot, name, Color.BLACK, "baseline"))
+            top += max(heights) + LINE_GAP
     return top
 
 
