@@ -23,6 +23,7 @@ from vireport.figures.layout import (
     tick_labels,
     title,
     widened,
+    write_along_top,
 )
 from vireport.figures.style import sheet, style
 
@@ -140,9 +141,7 @@ def titles(panels: Panels) -> None:
 def axis_on_top(panels: Panels) -> None:
     """A second axis along the top, with a title over it."""
     for axes in panels[0]:
-        top = axes.secondary_xaxis("top")
-        top.set_xticks([0.0, 0.5, 1.0], ["0", "half", "all"])
-        top.set_xlabel("remark\nlength s [m]")
+        write_along_top(axes, [0.0, 0.5, 1.0], ["0", "half", "all"], "remark\nlength s [m]")
         axes.set_title("a scenario", weight="bold")
     for axes in panels.ravel():
         axes.set(xlim=(-0.1, 1.1), ylim=(-0.1, 1.1))

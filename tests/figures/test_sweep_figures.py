@@ -47,6 +47,7 @@ from vireport.figures.curves import (
     stretches,
 )
 from vireport.figures.labels import LEADER
+from vireport.figures.layout import ALONG_TOP
 from vireport.figures.pictures import pictures
 from vireport.figures.style import figure_css
 from vireport.figures.sweeps import (
@@ -354,9 +355,9 @@ def test_simulated_motions_are_drawn_over() -> None:
 
 def top_axis(name: str, figure: str = "figure-2") -> tuple[str, list[float], list[str]]:
     """Label, places and texts of the axis along the top."""
-    (top,) = figure_of(name, figure).axes[0].child_axes
-    texts = [text.get_text() for text in top.get_xticklabels()]
-    return top.get_xlabel(), list(top.get_xticks()), texts
+    axes = figure_of(name, figure).axes[0]
+    *ticks, label = (text for text in axes.texts if text.get_label() == ALONG_TOP)
+    return label.get_text(), [text.get_position()[0] for text in ticks], [text.get_text() for text in ticks]
 
 
 @pytest.mark.parametrize("name", cases("inclined", "inclined-forcing", "frequency", "forcing-wide", "large"))

@@ -27,7 +27,7 @@ from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
 from vireport.figures.placing import LINE, place_panels
 from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
-from vireport.figures.ticks import set_ticks
+from vireport.figures.ticks import MARKS, set_ticks
 from vireport.figures.vector import PER_INCH, LayoutCanvas, text_size
 from vireport.motions.sweep import Sweep
 from vireport.scenario.parameters import Parameter
@@ -50,6 +50,12 @@ MOST_TICKS = 8
 
 SEVERAL_DECADES = 5.0
 """Ratio of the ends of a range from which 1, 2, 5, 10, ... are tried as ticks."""
+
+ALONG_TOP = "along the top"
+"""What the texts of the ticks along the top of a panel, and of their label, are labelled with."""
+
+EDGE_ORDER = 1.6
+"""Order of drawing of marks on the frame, which are under the curves."""
 
 TOP_LABEL, LETTER_RISE = 13.0, 4.0
 """Height of the label of the axis along the top over the ticks there, and of a panel's letter over its frame [pt]."""
@@ -235,6 +241,26 @@ def letter_panels(panels: Sequence[Axes], first: int, below_axis: bool = True) -
         axes.text(0, 1, f"({letter_of(first + k)})", transform=axes.transAxes + offset, size=sheet().small)
 
 
+def write_along_top(axes: Axes, places: Sequence[float] | Floats, texts: Sequence[str], label: str) -> None:
+    """Give a panel ticks along the top with their labels, and a label over them.
+
+    They are marks and texts of the panel: an axis of Matplotlib takes as long as a panel.
+    """
+    settings: Mapping[Any, Any] = matplotlib.rcParams
+    look = {"markersize": settings["xtick.major.size"], "markeredgewidth": settings["xtick.major.width"]}
+    marks = Line2D(places, np.ones(len(texts)), marker=MARKS["x"]["top"], linestyle="none", color=Color.BLACK, **look)
+    marks.set(transform=axes.get_xaxis_transform(), zorder=EDGE_ORDER)
+    axes.add_artist(marks)
+    pad, rise = settings["xtick.major.pad"], settings["axes.labelpad"]
+    above, va, ha = axes.get_xaxis_text2_transform(pad)
+    for place, text in zip(places, texts, strict=True):
+        axes.text(place, 1, text, transform=above, va=va, ha=ha, size=sheet().small, label=ALONG_TOP)
+    if texts:
+        rise += pad + text_size(LINE, FontProperties(size=sheet().small))[1]
+    over = axes.transAxes + ScaledTranslation(0, rise / PER_INCH, axes.figure.dpi_scale_trans)
+    axes.text(0.5, 1, label, transform=over, ha="center", va="bottom", label=ALONG_TOP)
+
+
 def say(axes: Axes, text: str) -> None:
     """Write a sentence in the middle of a panel that shows nothing else."""
     box = {"facecolor": "white", "edgecolor": "none"}
@@ -376,13 +402,10 @@ class SweepAxis(Struct, frozen=True):
         panels[-1].set_xlim(self.low - margin, self.high + margin)
         set_ticks(panels[-1].xaxis, *round_ticks(self.low, self.high, width))
         panels[-1].set_xlabel(below)
-        top = panels[0].secondary_xaxis("top")
-        if not self.scales_on_top:
-            set_ticks(top.xaxis, [], [])
-            top.set_xlabel(above)
-            return
-        set_ticks(top.xaxis, *self._along_top(width))
-        top.set_xlabel(f"{above}\n{over}" if above else over)
+        if self.scales_on_top:
+            write_along_top(panels[0], *self._along_top(width), f"{above}\n{over}" if above else over)
+        else:
+            write_along_top(panels[0], [], [], above)
 
     def _along_top(self, width: float) -> tuple[Floats, list[str]]:
         """Places and labels of the ticks of the swept parameter, or of gbar where the inclination varies."""

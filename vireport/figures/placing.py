@@ -57,13 +57,13 @@ class Surroundings(Struct, frozen=True, eq=False):
     room : ndarray of shape (4,)
     labels : dict of Axis to float
         How far the label of each axis is from the frame.
-    over_axes : float
-        Height of the axis along the top, over which a title stands.
+    over_texts : float
+        Height of the texts over the frame, over which a title stands.
     """
 
     room: Floats
     labels: dict[Axis, float]
-    over_axes: float
+    over_texts: float
 
 
 def place_panels(figure: Figure, height: float, heading: float = 0.0, aligned: Collection[Axes] = ()) -> None:
@@ -93,8 +93,8 @@ def place_panels(figure: Figure, height: float, heading: float = 0.0, aligned: C
         figure.subplots_adjust(**_margins(figure, around, PER_INCH * heading))
     farthest = max((around[panel].labels.get(panel.yaxis, 0.0) for panel in aligned), default=0.0)
     for panel, surroundings in around.items():
-        if surroundings.over_axes:
-            panel.title.set_y(1 + surroundings.over_axes / panel.bbox.height)
+        if surroundings.over_texts:
+            panel.title.set_y(1 + surroundings.over_texts / panel.bbox.height)
         if panel.get_axes_locator() is not None:
             continue  # its place is found as it is drawn: the bar of a heat map
         for axis, distance in surroundings.labels.items():
@@ -119,32 +119,26 @@ def _surroundings(panel: Axes) -> Surroundings:
     """Measure what is around a panel, whose size need not be final."""
     locator: Any = panel.get_axes_locator()
     panel.apply_aspect(None if locator is None else locator(panel, None))
-    room, labels, over_axes = np.zeros(4), dict[Axis, float](), 0.0
-    for axes in (panel, *panel.child_axes):
-        if axes.axison:
-            across = _beside_axis(axes.xaxis, panel.xaxis, labels)
-            room = np.maximum.reduce([room, across, _beside_axis(axes.yaxis, panel.yaxis, labels)])
-            over_axes = max(over_axes, float(across[TOP]))
+    room, labels = np.zeros(4), dict[Axis, float]()
+    if panel.axison:
+        room = np.maximum(_beside_axis(panel.xaxis, labels), _beside_axis(panel.yaxis, labels))
+    beyond = [OUTWARDS * (np.array(text.get_window_extent().extents) - panel.bbox.extents) for text in panel.texts]
+    room = np.max([room, *beyond], axis=0)
+    over_texts = max([0.0, *(float(sides[TOP]) for sides in beyond)])
     for place in ("left", "center", "right"):
         if title := panel.get_title(loc=place):
-            over = over_axes + matplotlib.rcParams["axes.titlepad"]
+            over = over_texts + matplotlib.rcParams["axes.titlepad"]
             room[TOP] = max(room[TOP], over + _over_baseline(panel, title, matplotlib.rcParams["axes.titlesize"]))
-    for text in panel.texts:
-        beyond = OUTWARDS * (np.array(text.get_window_extent().extents) - panel.bbox.extents)
-        room = np.maximum(room, beyond)
     # What is measured depends on where it stands, in its last digits.
-    return Surroundings(room.round(DIGITS), labels, over_axes)
+    return Surroundings(room.round(DIGITS), labels, over_texts)
 
 
-def _beside_axis(axis: Any, scale: Axis, labels: dict[Axis, float]) -> Floats:
-    """Measure ticks and label of an axis, and note how far its label is from the frame.
-
-    `scale` is the axis of the panel in that direction, which one along the top follows.
-    """
+def _beside_axis(axis: Any, labels: dict[Axis, float]) -> Floats:
+    """Measure ticks and label of an axis, and note how far its label is from the frame."""
     room, params, name = np.zeros(4), axis.get_tick_params(), axis.axis_name
     direction, (lower, upper) = (0, (LEFT, RIGHT)) if name == "x" else (1, (BOTTOM, TOP))
     sides = [side for side in range(4) if side not in (lower, upper) and params.get(f"label{SIDES[side]}")]
-    ticks = ticks_of(axis, scale) if sides else None
+    ticks = ticks_of(axis) if sides else None
     if ticks is not None and len(axis.get_majorticklocs()):
         font = FontProperties(size=ticks.size)
         line = text_size(LINE, font)[1]

@@ -69,13 +69,13 @@ def set_ticks(axis: Any, values: Iterable[float], texts: Iterable[str]) -> None:
     axis.set_major_formatter(FixedFormatter(list(texts)))
 
 
-def ticks_of(axis: Any, scale: Any) -> Ticks:
-    """The ticks of an axis; `scale` is the axis of the panel in that direction, which one along the top follows."""
+def ticks_of(axis: Any) -> Ticks:
+    """The ticks of an axis, which need not have been made."""
     settings: Mapping[Any, Any] = matplotlib.rcParams
     name = axis.axis_name
     values = np.asarray(axis.get_majorticklocs(), dtype=float)
-    transform, length = scale.get_transform(), float(scale.axes.bbox.size["xy".index(name)])
-    start, end = transform.transform(np.array(scale.get_view_interval()))
+    transform, length = axis.get_transform(), float(axis.axes.bbox.size["xy".index(name)])
+    start, end = transform.transform(np.array(axis.get_view_interval()))
     places = (transform.transform(values) - start) / (end - start) * length
     on_frame = (places >= -ON_FRAME) & (places <= length + ON_FRAME)
     texts = np.array(axis.get_major_formatter().format_ticks(values), dtype=object)
@@ -96,7 +96,7 @@ class _TicksAtOnce(Artist):
         """Draw them where the axis would be drawn."""
         settings: Mapping[Any, Any] = matplotlib.rcParams
         axis, params, name = self._axis, self._axis.get_tick_params(), self._axis.axis_name
-        ticks, axes = ticks_of(axis, axis), axis.axes
+        ticks, axes = ticks_of(axis), axis.axes
         look = {"markersize": settings[f"{name}tick.major.size"], "color": settings[f"{name}tick.color"]}
         look |= {"markeredgewidth": settings[f"{name}tick.major.width"], "linestyle": "none"}
         for number, (side, mark) in enumerate(MARKS[name].items()):
@@ -131,8 +131,7 @@ def _at_once(axis: Any) -> bool:
 @contextmanager
 def ticks_at_once(figure: Figure) -> Iterator[None]:
     """Within it, the ticks of a figure are drawn at once; Matplotlib draws those of axes with other settings."""
-    panels: list[Any] = [axes for panel in figure.axes for axes in (panel, *panel.child_axes)]
-    axes_at_once = [axis for panel in panels for axis in (panel.xaxis, panel.yaxis) if _at_once(axis)]
+    axes_at_once = [axis for panel in figure.axes for axis in (panel.xaxis, panel.yaxis) if _at_once(axis)]
     artists = [axis.axes.add_artist(_TicksAtOnce(axis)) for axis in axes_at_once]
     for axis in axes_at_once:
         axis.set_visible(False)
