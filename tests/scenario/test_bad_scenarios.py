@@ -11,8 +11,9 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from vireport.base.errors import ScenarioError
 from vireport.scenario import hints
-from vireport.scenario.blocks import MapFile, Scenario
+from vireport.scenario.blocks import Scenario
 from vireport.scenario.loading import loads
+from vireport.scenario.map_file import MapFile
 
 
 def refusal(text: str | bytes) -> ScenarioError:

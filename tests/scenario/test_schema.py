@@ -12,10 +12,11 @@ from jsonschema import Draft202012Validator
 from pydantic import ValidationError
 
 from vireport.base.errors import ScenarioError
-from vireport.scenario.blocks import MapFile, Scenario, to_dict
+from vireport.scenario.blocks import Scenario, to_dict
 from vireport.scenario.document import read
 from vireport.scenario.json_schema import init_text, keys, schema
 from vireport.scenario.loading import loads
+from vireport.scenario.map_file import MapFile
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCHEMA = schema()

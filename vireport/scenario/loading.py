@@ -13,7 +13,7 @@ from functools import reduce
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,8 +24,6 @@ from vireport.base.errors import Mistake, ScenarioError, UsageError
 from vireport.base.reading import ReadingPlace
 from vireport.scenario.blocks import (
     AxisPath,
-    MapBlock,
-    MapFile,
     Scenario,
     keys_left_out,
 )
@@ -49,6 +47,9 @@ from vireport.scenario.rules import (
     rows_of,
 )
 from vireport.text.foreign import visible
+
+if TYPE_CHECKING:
+    from vireport.scenario.map_file import MapBlock
 
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
 
@@ -249,6 +250,8 @@ def loads_map(text: str | bytes, name: str = "<text>", overrides: Overrides = ()
             f"{name}: has no map block, which says what varies (give one; or vireport map {name} --over INPUT,INPUT "
             "for the exact boundaries of a scenario)"
         )
+    from vireport.scenario.map_file import MapFile
+
     filled, axes = _with_a_value_of_each_axis(document.data)
     file = _validated(replace(document, data=filled), MapFile, axes)
     return LoadedMap(file, file.map, document, texts)

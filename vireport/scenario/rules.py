@@ -23,7 +23,6 @@ from vireport.scenario.blocks import (
     DesignPath,
     Direction,
     LeftOut,
-    MapFile,
     MembraneBlock,
     MotionsBlock,
     Objective,
@@ -207,7 +206,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
     tree = _Tree(document, wrong)
     specific = (
         (_required_in_map, _axes, _cells)
-        if issubclass(model, MapFile)
+        if "map" in model.model_fields
         else (_required, _sweep, _simulation, _tolerances, _starts, _measured, _effects, _design)
     )
     rules = (

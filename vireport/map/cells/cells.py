@@ -19,8 +19,9 @@ from vireport.design.solution import SMALLEST_LOSS
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import by_wall
-from vireport.scenario.blocks import AxisBlock, MapBlock, MapSimulationBlock, Sampling
+from vireport.scenario.blocks import Sampling
 from vireport.scenario.loading import LoadedMap
+from vireport.scenario.map_file import AxisBlock, MapBlock, MapSimulationBlock
 from vireport.scenario.parameters import DesignInput, Named
 
 Floats = NDArray[np.float64]

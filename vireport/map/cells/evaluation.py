@@ -22,7 +22,7 @@ from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.stability import STABILITIES, UNSTABLE, classify, lap_decay
 from vireport.physics.energy import Membrane, voltages
 from vireport.physics.groups import Groups, map_restitution
-from vireport.scenario.blocks import MapSimulationBlock
+from vireport.scenario.map_file import MapSimulationBlock
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import attractors
 
