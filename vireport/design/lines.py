@@ -273,7 +273,7 @@ class LineCurve(Curve, frozen=True, eq=False, dict=True):
     much the trace may change in one, and what a velocity or gap may hide, bounds them as it does there.
     """
 
-    first, longest, sharpest = 0.01, 0.1, 0.2
+    first, longest, sharpest, settled = 0.05, 0.2, 0.3, 1e-4
 
 
 class Ending(Struct, frozen=True, eq=False):

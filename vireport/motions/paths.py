@@ -212,7 +212,7 @@ class Path(Struct, frozen=True, eq=False):
     """
 
     word: Word
-    first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
+    first, longest, sharpest, settled = FIRST_STEP, LONGEST_STEP, SHARPEST, SQUARED
 
     @property
     @abstractmethod
@@ -298,7 +298,9 @@ class Path(Struct, frozen=True, eq=False):
         # long as a solution by factors: 19 to 63 us against 7 to 12 us of up to six impacts.
         return (self._newton(guess, normal, False) or self._newton(guess, normal, True) or (None,))[0]
 
-    def _newton(self, guess: Floats, normal: Floats, crossing: bool) -> tuple[Floats, Floats] | None:
+    def _newton(
+        self, guess: Floats, normal: Floats, crossing: bool, settled: float = SQUARED
+    ) -> tuple[Floats, Floats] | None:
         """Solve for the motion in the plane through a guess with a normal, and the direction of the path there.
 
         Parameters
@@ -336,7 +338,7 @@ class Path(Struct, frozen=True, eq=False):
             x, last = x - step * scale, largest
             # Where families cross the convergence is linear: the square of the correction says nothing about the next
             # one.
-            if last < (CONVERGED if crossing else SQUARED):
+            if last < (CONVERGED if crossing else settled):
                 return x, tangent
         return (x, tangent) if last < ROUNDING else None
 
@@ -357,7 +359,7 @@ class Path(Struct, frozen=True, eq=False):
         """The direction of the path, of either sign."""
         return np.asarray(np.linalg.svd(self.linearised(x)[1])[2][-1])
 
-    def neighbour(self, arc: Arc, size: float) -> PathPoint:
+    def neighbour(self, arc: Arc, size: float, settled: float = SQUARED) -> PathPoint:
         """The motion next to the cubic of an arc, at an arclength from its start that may be beyond its end.
 
         Raises
@@ -366,7 +368,7 @@ class Path(Struct, frozen=True, eq=False):
             If the corrections do not settle.
         """
         guess = arc.guess(size)
-        motion = self._newton(guess, arc.end.tangent, False)
+        motion = self._newton(guess, arc.end.tangent, False, settled)
         # Next to a crossing the bordered matrix is nearly singular: its tangent may be that of the other family.
         if motion is None or not motion[1] @ motion[1] < MOST_ASIDE**2:
             motion = self._newton(guess, arc.end.tangent, True)
@@ -485,7 +487,7 @@ def follow(path: Path, start: PathPoint, until: frozenset[Event] = frozenset()) 
     while len(trail.points) < MOST_POINTS and step > SHORTEST_STEP and sum(steps) > CLOSE:
         step = min(step, path.reach(arc.end))
         try:
-            new = Arc(arc.end, path.neighbour(arc, arc.length + step))
+            new = Arc(arc.end, path.neighbour(arc, arc.length + step, path.settled))
             strain = path.strain(new)
             if strain <= 1:
                 if _advance(path, trail, new, until):

@@ -55,6 +55,8 @@ CANDIDATES = 4
 NEWTON_STEPS = 12
 # Rounding leaves some 1e-15 an impact; a cycle is one only below this residual.
 RESIDUAL_TOL = 1e-12
+# A residual this small is rounding, which no further step makes less.
+ROUNDED = 4 * EPS
 # A lap begins at a release, in a state that is known exactly. Error at its end up to which it is the true one.
 STICK_TOL = 1e-6
 # The same where two twins of it, a few roundings off, ended alike.
@@ -319,7 +321,7 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Sim
         elif best[0] <= RESIDUAL_TOL:
             break  # rounding is all that is left
         system = matrix - np.eye(2)
-        if residual == 0.0 or abs(np.linalg.det(system)) < RESIDUAL_TOL:
+        if residual <= ROUNDED or abs(np.linalg.det(system)) < RESIDUAL_TOL:
             break
         step = np.linalg.solve(system, -gap)
         first[PHASE] = (first[PHASE] + step[0]) % TURN
