@@ -32,13 +32,14 @@ from vireport.design.lines import (
     value_at,
 )
 from vireport.design.margins import Margin
-from vireport.design.point import DesignPoint, motions_at
+from vireport.design.point import DesignPoint
 from vireport.design.sensitivity import UNSURE
 from vireport.design.speed_law import constant, falling, with_law
 from vireport.motions.events import Event
+from vireport.motions.pointwise import find_motions
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, with_harmonic
-from vireport.physics.groups import Groups, stated
+from vireport.physics.groups import Groups, map_restitution, stated
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.blocks import CapsuleMotion, EffectBlock, LeftOut
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -412,12 +413,21 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
     base, force = constant(device) if falls else device, device.harmonics if design.harmonics else ()
     plain = replace(base, harmonics=force, friction=design.friction)
     same = plain == design
-    followed = origin.stable if same else stable_ones(plain, motions_at(plain, Parameter.LENGTH)[0])
+    followed = origin.stable if same else _stable_ones(plain)
     if base.friction != plain.friction:
         followed = with_friction(plain, followed, base.friction)
     for harmonic in base.harmonics if not force else ():
         followed = followed_with(replace(plain, friction=base.friction), followed, harmonic)
     return with_law(device, followed) if falls else followed
+
+
+def _stable_ones(device: Device) -> Sequence[Followed]:
+    """The stable motions of a device in doubles, in which they are followed."""
+    groups, n = _groups(device), device.period_ratio
+    points = groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar]))
+    motions = find_motions(points, n)
+    rows = np.flatnonzero(motions.stable(map_restitution(points.restitution, lambda r: np.array([r])))).tolist()
+    return [Followed(motions.motion(row, n), float(motions.orbit.u[row])) for row in rows]
 
 
 def _value(device: Device, varied: DesignInput, end: Ending) -> float:
