@@ -42,7 +42,7 @@ def held_ends(monkeypatch: pytest.MonkeyPatch, count: int) -> int:
     for device in random_devices(count):
         told = ends(device)
         with monkeypatch.context() as steps:
-            for name in ("first", "longest", "sharpest"):
+            for name in ("first", "longest", "sharpest", "settled"):
                 steps.setattr(LineCurve, name, getattr(LineCurve, name) / FINER)
             finer = ends(device)
         assert [end.event for end in told] == [end.event for end in finer], device

@@ -39,7 +39,7 @@ from vireport.motions.events import Event
 from vireport.motions.pointwise import find_motions
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic, with_harmonic
-from vireport.physics.groups import Groups, map_restitution, stated
+from vireport.physics.groups import Groups, stated
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.blocks import CapsuleMotion, EffectBlock, LeftOut
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -423,11 +423,12 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
 
 def _stable_ones(device: Device) -> Sequence[Followed]:
     """The stable motions of a device in doubles, in which they are followed."""
-    groups, n = _groups(device), device.period_ratio
-    points = groups._replace(d=np.array([groups.d]), gbar=np.array([groups.gbar]))
-    motions = find_motions(points, n)
-    rows = np.flatnonzero(motions.stable(map_restitution(points.restitution, lambda r: np.array([r])))).tolist()
-    return [Followed(motions.motion(row, n), float(motions.orbit.u[row])) for row in rows]
+    points = _groups(device).map_numbers(lambda number: np.array([number]))
+    motions = find_motions(points, device.period_ratio)
+    return [
+        Followed(motions.motion(row, device.period_ratio), float(motions.orbit.u[row]))
+        for row in np.flatnonzero(motions.stable(points.restitution)).tolist()
+    ]
 
 
 def _value(device: Device, varied: DesignInput, end: Ending) -> float:

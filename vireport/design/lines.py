@@ -24,7 +24,7 @@ from vireport.motions.paths import Curve, PathPoint, follow
 from vireport.motions.periodicity import Variation
 from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
-from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, map_restitution, stated
+from vireport.physics.groups import Groups, Restitutions, SpeedLaw, map_restitution, stated
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -102,31 +102,27 @@ class LineModel(Struct, frozen=True, eq=False):
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """Groups of the device at a position on the line."""
         (position,), (d, gbar, r, harmonics, _) = varied, self.origin
-        friction = None if self.origin.friction is None else self._friction(position)
         match self.line:
             case Line.LENGTHS:
-                return Groups(d * self.ops.exp(position), gbar, r, harmonics, friction)
+                d = d * self.ops.exp(position)
             case Line.FREQUENCIES:
-                counted = _counted(r, self.ops.exp(position / 2))
-                return Groups(d * self.ops.exp(position), gbar, counted, harmonics, friction)
+                d, r = d * self.ops.exp(position), _counted(r, self.ops.exp(position / 2))
             case Line.FORCES:
                 grown = self.ops.exp(position)
-                return Groups(d * grown, gbar * grown, _counted(r, grown), harmonics, friction)
+                d, gbar, r = d * grown, gbar * grown, _counted(r, grown)
             case Line.MASSES:
                 grown = self.ops.exp(position)
-                weighed = gbar * (1 + self.capsule_share * (grown - 1))
-                return Groups(d * grown, weighed, _counted(r, grown), harmonics, friction)
+                d, gbar, r = d * grown, gbar * (1 + self.capsule_share * (grown - 1)), _counted(r, grown)
             case Line.GRAVITY:
-                return Groups(d, gbar + position, r, harmonics, friction)
-        if isinstance(r, SpeedLaw):
-            moved = r.moved(*(position if moves else 0 for moves in self._moves))
-            return Groups(d, gbar, moved, harmonics, friction)
-        if self.line is Line.RESTITUTION:
-            return Groups(d, gbar, map_restitution(r, lambda restitution: restitution + position), harmonics, friction)
-        bottom, top = by_wall(r)
-        if self.line is Line.RESTITUTION_BOTTOM:
-            return Groups(d, gbar, Restitutions(bottom + position, top), harmonics, friction)
-        return Groups(d, gbar, Restitutions(bottom, top + position), harmonics, friction)
+                gbar = gbar + position
+            case Line.RESTITUTION if not isinstance(r, SpeedLaw):
+                r = map_restitution(r, lambda restitution: restitution + position)
+            case _:
+                bottom, top = stated(r)
+                bottom = bottom if self.line is Line.RESTITUTION_TOP else bottom + position
+                top = top if self.line is Line.RESTITUTION_BOTTOM else top + position
+                r = replace(r, bottom=bottom, top=top) if isinstance(r, SpeedLaw) else Restitutions(bottom, top)
+        return Groups(d, gbar, r, harmonics, self._friction(position))
 
     def _friction(self, position: Any) -> Any:
         """Friction at a position: proportional to gbar on the lines of force and mass, a cosine of the inclination."""
@@ -155,11 +151,6 @@ class LineModel(Struct, frozen=True, eq=False):
                 # Upright friction is none, and falls there with an infinite slope: which Newton's steps are spared.
                 return -(self.rubbed[0] ** 2) * (self.origin.gbar + position) / friction if friction else 0.0
         return 0.0
-
-    @property
-    def _moves(self) -> tuple[bool, bool]:
-        """Whether the line moves the restitution at the bottom, and at the top."""
-        return self.line is not Line.RESTITUTION_TOP, self.line is not Line.RESTITUTION_BOTTOM
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
         """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics.
@@ -269,11 +260,13 @@ def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, fl
 class LineCurve(Curve, frozen=True, eq=False, dict=True):
     """The motions of one word along a line, of which nobody but the search for their ends sees the points.
 
-    Steps may be twice as long as those of a family, whose points are drawn, and bend twice as much: half the work. How
-    much the trace may change in one, and what a velocity or gap may hide, bounds them as it does there.
+    Steps may be four times as long as those of a family, whose points are drawn, and bend three times as much: a third
+    of the work. How much the trace may change in one, and what a velocity or gap may hide, bounds them as it does
+    there. On the way motions are right to the square of `settled`, or so.
     """
 
-    first, longest, sharpest, settled = 0.05, 0.2, 0.3, 1e-4
+    first, longest, sharpest = 0.05, 0.2, 0.3
+    settled, resolved = 1e-6, 1e-12
 
 
 class Ending(Struct, frozen=True, eq=False):

@@ -187,6 +187,7 @@ def margins_of(
 
 def _margins_at(device: Device, end: Ending) -> list[Margin]:
     """Margins to the end of a motion on a line, one in each input that moves the device along it."""
+    ended = {"ends_stability": not end.taken_over, "taken_over": end.taken_over}
     # A margin is a difference: next to an end the digits that doubles leave would cancel.
     with in_decimals():
         try:
@@ -196,35 +197,22 @@ def _margins_at(device: Device, end: Ending) -> list[Margin]:
         except (NumericalError, ArithmeticError):
             bracketed = {varied: margin_at(device, varied, _bracketed(device, varied, end)) for varied in end.inputs}
             return [
-                replace(
-                    margin,
-                    ends_stability=not end.taken_over,
-                    taken_over=end.taken_over,
-                    derivatives={other: None for other in DesignInput if other is not varied},
-                )
+                replace(margin, derivatives={other: None for other in DesignInput if other is not varied}, **ended)
                 for varied, margin in bracketed.items()
             ]
         normal, margins = normal_of(_in_doubles(solved), solved.groups.as_floats(), end.event, rests), []
         event = Event.GRAZING if end.event is Event.ZERO_VELOCITY else end.event
         for varied in end.inputs:
             value = value_at(device, varied, solved.x[-1], solved.groups, DECIMALS)
-            point = point_of(solved, event, value, rests, touches)
-            derivatives, by_harmonics = _derivatives(device, varied, point, normal)
+            margin = margin_at(device, varied, point_of(solved, event, value, rests, touches))
+            derivatives, by_harmonics = _derivatives(device, varied, margin.point, normal)
             if mirrored(device) and end.line.keeps_symmetry:
                 # Tilted to either side, a fold of symmetric motions moves alike; other ends come in pairs that part.
                 derivatives[DesignInput.INCLINATION] = 0.0 if end.symmetric and event is Event.FOLD else None
                 if not (end.symmetric and event is Event.FOLD):
                     derivatives |= {DesignInput.RESTITUTION_BOTTOM: None, DesignInput.RESTITUTION_TOP: None}
                     by_harmonics |= {order: None for order in by_harmonics if order % 2 == 0}
-            margins.append(
-                replace(
-                    margin_at(device, varied, point),
-                    ends_stability=not end.taken_over,
-                    taken_over=end.taken_over,
-                    derivatives=derivatives,
-                    by_harmonics=by_harmonics,
-                )
-            )
+            margins.append(replace(margin, derivatives=derivatives, by_harmonics=by_harmonics, **ended))
         return margins
 
 

@@ -209,10 +209,15 @@ class Path(Struct, frozen=True, eq=False):
         First and longest step of the arclength.
     sharpest : float
         Most that the direction may change within a step [rad].
+    settled : float
+        Newton correction that ends the search for the motion at the end of a step.
+    resolved : float
+        Correction, as a share of a step, that ends the search for an event within it.
     """
 
     word: Word
-    first, longest, sharpest, settled = FIRST_STEP, LONGEST_STEP, SHARPEST, SQUARED
+    first, longest, sharpest = FIRST_STEP, LONGEST_STEP, SHARPEST
+    settled, resolved = SQUARED, LOCATED
 
     @property
     @abstractmethod
@@ -310,6 +315,8 @@ class Path(Struct, frozen=True, eq=False):
             shortest way to the path.
         crossing : bool
             Whether the equations may depend on each other, as where two families cross.
+        settled : float
+            Correction that ends the search where they do not.
 
         Returns
         -------
@@ -377,7 +384,7 @@ class Path(Struct, frozen=True, eq=False):
         return self._point(*motion)
 
     def located(
-        self, arc: Arc, value: Callable[[PathPoint], float], tolerance: float = LOCATED
+        self, arc: Arc, value: Callable[[PathPoint], float], tolerance: float | None = None
     ) -> tuple[float, PathPoint]:
         """Locate the motion at which a function is zero within a step, at whose ends its signs differ.
 
@@ -385,8 +392,8 @@ class Path(Struct, frozen=True, eq=False):
         ----------
         arc : Arc
         value : callable
-        tolerance : float
-            Correction that ends the search, as a share of the step.
+        tolerance : float, optional
+            In the place of `resolved`.
 
         Returns
         -------
@@ -407,7 +414,7 @@ class Path(Struct, frozen=True, eq=False):
             evaluated[size] = self.neighbour(arc, size)
             return value(evaluated[size])
 
-        size, _ = path_root(on_path, arc.length, value(arc.end) > 0, guess, tolerance)
+        size, _ = path_root(on_path, arc.length, value(arc.end) > 0, guess, tolerance or self.resolved)
         return abs(size), evaluated[size]
 
     def at_unknown(self, arc: Arc, which: int, value: float) -> tuple[float, PathPoint]:

@@ -72,10 +72,6 @@ class SpeedLaw(Struct, frozen=True):
         """Apply a function to all four numbers."""
         return SpeedLaw(function(self.bottom), function(self.top), function(self.exponent), function(self.speed))
 
-    def moved(self, bottom: Any, top: Any) -> SpeedLaw:
-        """The law with amounts added to the restitutions at the bottom and at the top."""
-        return SpeedLaw(self.bottom + bottom, self.top + top, self.exponent, self.speed)
-
     def at(self, wall: int, velocity: Any) -> tuple[Any, Any]:
         """The restitution of an impact on a membrane with a velocity, and -dZ'+/dZ'-; see `restitution_at_speed`."""
         stated = self.bottom if wall > 0 else self.top
