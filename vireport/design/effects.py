@@ -423,12 +423,10 @@ def _followed_to(device: Device, origin: _Origin) -> Sequence[Followed]:
 
 def _stable_ones(device: Device) -> Sequence[Followed]:
     """The stable motions of a device in doubles, in which they are followed."""
-    points = _groups(device).map_numbers(lambda number: np.array([number]))
-    motions = find_motions(points, device.period_ratio)
-    return [
-        Followed(motions.motion(row, device.period_ratio), float(motions.orbit.u[row]))
-        for row in np.flatnonzero(motions.stable(points.restitution)).tolist()
-    ]
+    n, points = device.period_ratio, _groups(device).map_numbers(lambda number: np.array([number]))
+    motions = find_motions(points, n)
+    rows = np.flatnonzero(motions.stable(points.restitution)).tolist()
+    return [Followed(motions.motion(row, n), float(motions.orbit.u[row])) for row in rows]
 
 
 def _value(device: Device, varied: DesignInput, end: Ending) -> float:

@@ -199,14 +199,11 @@ def model_on_line(line: Line, device: Device, ops: Any) -> LineModel:
     """A line through a device with all inputs, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
-    rubbed = (ops.exact(device.friction), _upright(device, ops)) if device.rubs else (0, 0)
+    rubbed = 0, 0
+    if device.rubs:
+        upright = replace(device, inclination_deg=90.0).groups(Parameter.LENGTH, device.length_m, ops)
+        rubbed = ops.exact(device.friction), upright.gbar
     return LineModel(line, groups.as_floats() if ops is FLOATS else groups, ops, share, rubbed)
-
-
-def _upright(device: Device, ops: Any) -> Any:
-    """The gbar of a device that is upright, in a kind of number."""
-    (_, gbar, *_) = replace(device, inclination_deg=90.0).groups(Parameter.LENGTH, device.length_m, ops)
-    return gbar
 
 
 def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:
