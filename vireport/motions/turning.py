@@ -175,14 +175,15 @@ def _crossing(flights: ForcedFlights, nearest: bool) -> Iterator[TurnBrackets]:
     turn = np.arccos(np.clip(-way.gbar, -1.0, 1.0))
     rise, fall = 2 * turn / np.pi, 2 - 2 * turn / np.pi
     since, until = (rise, fall) if way.direction < 0 else (fall, rise)
-    first = np.mod(-way.direction * turn - phase, 2 * np.pi) / np.pi
-    times = first[:, None] + 2 * np.arange(_laps(way))
-    index, lap = np.nonzero(times < way.duration[:, None])
-    slowest = times[index, lap]
-    speed = flights.select(index).speed(slowest)
-    wrong = speed < 0
-    index, middle, speed = index[wrong], slowest[wrong], speed[wrong]
-    if nearest and times.shape[1] > 2:
+    first, laps = np.mod(-way.direction * turn - phase, 2 * np.pi) / np.pi, _laps(way)
+    parts = []
+    for time in (first + 2 * lap for lap in range(laps)):
+        # Of all flights, as to select those that last so long takes longer.
+        slowest = np.where(time < way.duration, flights.speed(time), 0.0)
+        wrong = np.flatnonzero(slowest < 0)
+        parts.append((wrong, time[wrong], slowest[wrong]))
+    index, middle, speed = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    if nearest and laps > 2:
         near = _may_be_nearest(flights, index, middle, -speed * np.maximum(since, until)[index])
         index, middle, speed = index[near], middle[near], speed[near]
     # Next to its extremum Z' is a parabola, of which the size of the second derivative is pi sin(turn).
