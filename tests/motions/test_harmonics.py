@@ -17,7 +17,7 @@ from vireport.design.point import motions_at
 from vireport.motions.contour import contours, places
 from vireport.motions.diagram import solve
 from vireport.motions.events import Event
-from vireport.motions.level_plane import Surface, SweptPlane
+from vireport.motions.level_plane import ContourPlane, SweptPlane
 from vireport.motions.orbits import Dynamics, orbits_of
 from vireport.motions.pointwise import PointwiseMotions
 from vireport.motions.sweep import Held, Level, Sweep
@@ -246,7 +246,7 @@ def test_curves_within_a_cell_of_the_grid_are_found_or_refused(below: float) -> 
     # Located by a simplex on the surface.
     u, phi = np.array([-0.1625118]), np.array([-0.87289133])
     largest = float(orbits_of(Dynamics(0.5, 1, harmonics), u, phi).gbar[0])
-    surface = Surface(Level(Held.GBAR, largest * (1 - below)), 0.5, 1, harmonics)
+    surface = ContourPlane(Level(Held.GBAR, largest * (1 - below)), 0.5, 1, harmonics)
     try:
         found = contours(surface)
         along = [np.linspace(0, own.end, 7 * len(own.u)) for own in found]

@@ -87,7 +87,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
     @property
     def order(self) -> int:
         """Highest order of the phase in the level."""
-        highest = max((harmonic.order for harmonic in self.harmonics), default=1)
+        highest = super().order
         return 2 * highest if self.level.varied is Parameter.RESTITUTION else highest
 
     @property

@@ -24,7 +24,7 @@ from vireport.motions.bounces import Bounces
 from vireport.motions.conditions import Condition
 from vireport.motions.contour import Contour, contours, places
 from vireport.motions.events import Event
-from vireport.motions.level_plane import EDGE, ContourPlane, Surface, SweptPlane
+from vireport.motions.level_plane import EDGE, ContourPlane, SweptPlane
 from vireport.motions.orbits import Orbits, coefficients, orbits_above, rubbing
 from vireport.motions.roots import bracketed_root, golden_minimum, may_hide_zeros
 from vireport.motions.stability import discriminant, lap_decay, return_trace
@@ -237,7 +237,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
 def plane_of(sweep: Sweep) -> SweptPlane:
     """The plane of the 1:1 motions of a sweep: with two sheets for a sine, a contour for harmonics and restitutions."""
     device = sweep.device
-    kind = Surface if device.harmonics else SweptPlane
+    kind = ContourPlane if device.harmonics else SweptPlane
     if sweep.parameter.bounces:
         kind = Bounces
     return kind(sweep.level, device.restitution, device.period_ratio, device.harmonics)

@@ -1,12 +1,11 @@
 """The plane of q and phase in which the level of a sweep is a curve: the height of each place above the level.
 
 `SweptPlane` is that of a force that is a sine, where the level has two phases above each q, in closed form;
-`ContourPlane` what `contour` has to know of any other, `Surface` that of a force with harmonics.
+`ContourPlane` that of a force with harmonics, in which `contour` follows it.
 """
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from functools import cached_property
 from typing import Any
 
@@ -34,11 +33,6 @@ Floats = NDArray[np.float64]
 
 EDGE = 0.5
 """|u| at which one of the two flights has no duration left."""
-
-UNRESOLVED = (
-    "the motions of this force with harmonics are not resolved next to the largest gravity at which there are any "
-    "(change excitation.harmonics or inclination_deg by a per mille)"
-)
 
 
 class SweptPlane(Struct, frozen=True, eq=False, dict=True):
@@ -210,12 +204,12 @@ def level_slope(polynomial: Polynomial, phi: Any) -> Any:
 
 
 class ContourPlane(SweptPlane, frozen=True, eq=False):
-    """The plane of q and phase of a sweep whose level is a contour: what `contours` has to know of it."""
+    """The plane of q and phase for a force with harmonics, whose level `contour` follows; `Bounces` is one, too."""
 
     @property
-    @abstractmethod
     def order(self) -> int:
         """Highest order of the phase in the level."""
+        return max((harmonic.order for harmonic in self.harmonics), default=1)
 
     @property
     def sharp(self) -> bool:
@@ -223,9 +217,12 @@ class ContourPlane(SweptPlane, frozen=True, eq=False):
         return True
 
     @property
-    @abstractmethod
     def unresolved(self) -> str:
         """Message for the user of a sweep whose level cannot be followed."""
+        return (
+            "the motions of this force with harmonics are not resolved next to the largest gravity at which there are "
+            "any (change excitation.harmonics or inclination_deg by a per mille)"
+        )
 
     def within(self, u: Floats, phi: Floats) -> tuple[Floats, float]:
         """A function on the level that is positive where motions are, and the value below which none are near.
@@ -233,28 +230,6 @@ class ContourPlane(SweptPlane, frozen=True, eq=False):
         1 everywhere, where motions may be on all parts of the level.
         """
         return np.ones(len(u)), 0.0
-
-    @abstractmethod
-    def on_grid(self, u: Floats, phi: Floats) -> Floats:
-        """The height above the level at all pairs of a u and a phase, shape (len(u), len(phi))."""
-
-    @abstractmethod
-    def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
-        """The height and its derivatives by u and by the phase."""
-
-
-class Surface(ContourPlane, frozen=True, eq=False):
-    """The plane of q and phase for a force with harmonics, where a sweep holds gbar, d or their ratio."""
-
-    @property
-    def order(self) -> int:
-        """Highest order of the phase in the level."""
-        return max(harmonic.order for harmonic in self.harmonics)
-
-    @property
-    def unresolved(self) -> str:
-        """Message for the user of a sweep whose level cannot be followed."""
-        return UNRESOLVED
 
     def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
         """The height above the level at places of one shape."""
