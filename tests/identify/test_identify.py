@@ -108,7 +108,7 @@ def test_the_report_of_raw_signals_has_their_figure_also_where_nothing_is_identi
     assert main([*given, "-o", str(tmp_path / "a"), "-q"]) == 0
     printed = text_of(tmp_path / "a" / "report.html")
     assert printed.index("Errors of the impact times.") < printed.index("43 impacts picked") < printed.index(PICKED)
-    assert "prototype.wav: 44000 samples" in printed  # of no folder
+    assert "prototype.wav: WAV: 2 channels, 44,000 samples at 250 us" in printed  # of no folder
     assert printed.count("voltage_v is sampled slowly") == 1
     assert ", scaled to the median standard error. Where" in printed
     given[3] = silenced(tmp_path)

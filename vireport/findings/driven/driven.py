@@ -225,8 +225,8 @@ def driven_by(
 def _resampled(recording: Recording) -> tuple[Recording, float]:
     """A recording on an even clock, by cubic splines, and how wrong its acceleration may be [m/s^2].
 
-    The latter is what every other sample tells of those in between, by root mean square: more than what all samples
-    leave open, as the noise of the sensor is in it, too.
+    The latter is the root mean square of what splines through every other sample tell otherwise, the larger of both:
+    more than what all samples leave open, as the noise of the sensor is in it, too.
     """
     from scipy.interpolate import CubicSpline  # type: ignore[import-untyped]
 
@@ -234,10 +234,12 @@ def _resampled(recording: Recording) -> tuple[Recording, float]:
     even = np.linspace(times[0], times[-1], 1 + round(float(times[-1] - times[0]) / recording.step_s))
     channels, error = [], 0.0
     for channel in recording.channels:
-        channels.append(replace(channel, values=CubicSpline(times, channel.values)(even)))
+        values = CubicSpline(times, channel.values)(even)
+        channels.append(replace(channel, values=values))
         if channel.place is HeardPlace.CAPSULE:
-            told = CubicSpline(times[::2], channel.values[::2])(times[1:-1:2])
-            error = float(np.sqrt(np.mean((told - channel.values[1:-1:2]) ** 2)))
+            inner = (even >= times[1]) & (even <= times[-2])
+            halves = (CubicSpline(times[k::2], channel.values[k::2])(even[inner]) for k in (0, 1))
+            error = max(float(np.sqrt(np.mean((half - values[inner]) ** 2))) for half in halves)
     stretch = Unbroken(0, len(even), float(even[0]))
     step = float(even[-1] - even[0]) / (len(even) - 1)
     made = replace(recording, step_s=step, stretches=(stretch,), channels=tuple(channels), clock=None, even=True)
