@@ -174,7 +174,8 @@ def _write_heading(figure: Figure, lines: Sequence[tuple[str, str]], legends: It
             for x, (name, look) in row:
                 ends, level = EDGE + x + handle * np.array([0.0, 0.5, 1.0]), foot + HANDLE_RISE * size / PER_INCH
                 # A marker stands in the middle of its line.
-                figure.add_artist(Line2D(ends, [level] * 3, markevery=[1], label=name, transform=place, **look))
+                once = look | {"markevery": [1]}
+                figure.add_artist(Line2D(ends, [level] * 3, label=name, transform=place, **once))
                 if "\n" in name:
                     heights.append(write(ends[-1] + pad, -top, name, Color.BLACK, "top"))
                 else:
