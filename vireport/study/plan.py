@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from enum import StrEnum
 from functools import cache
 from importlib.util import find_spec
+from pathlib import Path
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -254,21 +255,21 @@ class Plan(Struct, frozen=True, eq=False):
         """Why a task is left out; None where it runs, or is not listed."""
         return next((step.why for step in self.left_out if step.task == task), None)
 
-    def left_out_lines(self) -> tuple[str, ...]:
+    def left_out_lines(self, templates: Path | None = None) -> tuple[str, ...]:
         """What to add to the scenario for more than a run does, and where every step that is left out is listed.
 
-        Three lines at most.
+        Three lines at most, in the words of `templates`.
         """
         from vireport.text.templates import Words
 
         blocks = [addition for addition in self.additions if addition.is_block]
         inputs = [addition for addition in self.additions if not addition.is_block]
         adding = "add_or_all" if any(addition in ADDED_IF_FULL for addition in blocks) else "add"
-        gains = [Words(block)("gain") if isinstance(block, AddedBlock) else block for block in blocks]
+        gains = [Words(block, templates)("gain") if isinstance(block, AddedBlock) else block for block in blocks]
         whole = (" and ".join((", ".join(ADDED_IF_FULL[:-1]), ADDED_IF_FULL[-1])),) if adding == "add_or_all" else ()
         wording = ((adding, gains, whole), ("give", inputs, ()))
         lines = [(macro, wanted, more) for macro, wanted, more in wording if wanted]
-        say = Words("left-out")
+        say = Words("left-out", templates)
         searched = (step.what for step in self.left_out if step.task is Task.OPTIMISE)
         last = *(f"{capital(text)}." for text in (*searched, *self.lacking)), say("every_step")
         return *(say(macro, wanted, self.parameter, *more) for macro, wanted, more in lines), " ".join(last)

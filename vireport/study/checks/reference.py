@@ -168,11 +168,11 @@ def velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
     return x[Parameter.AMPLITUDE] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x[Parameter.FREQUENCY])
 
 
-def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any) -> tuple[Any, Any]:
+def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Any = mp) -> tuple[Any, Any]:
     """Z and Z' a time t after leaving `start` with `speed`, Eqs. (2.11) and (2.12) with (3.13)."""
-    pi = mp.pi
-    f1, f1_start = mp.sin(pi * t + phase) / pi, mp.sin(phase) / pi
-    f2, f2_start = -mp.cos(pi * t + phase) / pi**2, -mp.cos(phase) / pi**2
+    pi = ops.pi
+    f1, f1_start = ops.sin(pi * t + phase) / pi, ops.sin(phase) / pi
+    f2, f2_start = -ops.cos(pi * t + phase) / pi**2, -ops.cos(phase) / pi**2
     position = start + speed * t + gbar / 2 * t**2 + f2 - f2_start - f1_start * t
     return position, speed + gbar * t + f1 - f1_start
 
