@@ -10,11 +10,13 @@ from math import pi
 import numpy as np
 import pytest
 from conftest import first
+from mpmath import mp, mpf
 
 from vireport.physics.groups import Groups
 from vireport.simulation import events
 from vireport.simulation.attractors import Outcome, find_attractor
 from vireport.simulation.events import BOTTOM, Impact, check_model, follow_impacts
+from vireport.simulation.kernel import EPS, REST, RUNNING, TURN, sine_and_cosine
 
 CHAOS = (0.2545, 0.3, 0.5)
 
@@ -45,6 +47,30 @@ def test_interpreted_impacts_are_the_compiled_ones() -> None:
     assert same.mean() > 0.5
     assert close.all(axis=(1, 2)).mean() > 0.98
     assert (summary[:, 2] == ends[:, 2]).mean() > 0.98
+
+
+@pytest.mark.parametrize(("count", "compiled"), [(300, True), (40, False)])
+def test_many_balls_at_once_have_the_impacts_of_each_alone_to_the_last_bit(count: int, compiled: bool) -> None:
+    rng = np.random.default_rng(2)
+    extreme, starts = random_models(rng, count)
+    usual = check_model(Groups.of(rng.uniform(0.2, 0.6, count), rng.uniform(0, 0.4, count), 0.5, 0.7))
+    model = np.where(rng.random(count)[:, None] < 0.5, extreme, usual)
+    starts[:, 1] = np.where(starts[:, 0] == 0, 0.3 * model[:, 0] * np.sign(starts[:, 1]), 0.0)
+    rows, summary = follow_impacts(model, starts, 30, 7, compiled=compiled)
+    for i in range(count):
+        alone, end = follow_impacts(model[i : i + 1], starts[i : i + 1], 30, 7, compiled=compiled)
+        assert np.array_equal(rows[i], alone[0], equal_nan=True)
+        assert np.array_equal(summary[i], end[0])
+    assert set(summary[:, 2]) >= {RUNNING, REST}
+
+
+def test_sine_and_cosine_are_exact_to_what_their_docstring_says() -> None:
+    phases = np.concatenate([np.random.default_rng(3).uniform(0, TURN, 4000), np.linspace(0, TURN, 17)])
+    computed = sine_and_cosine(phases)
+    with mp.workdps(40):
+        for i, phase in enumerate(phases):
+            for value, exact in zip(computed, (mp.sin(mpf(float(phase))), mp.cos(mpf(float(phase)))), strict=True):
+                assert abs(mpf(float(value[i])) - exact) <= 1.3 * EPS * abs(exact) + 4e-31
 
 
 @pytest.mark.usefixtures("without_numba")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from inspect import getmembers, isfunction
+from math import sqrt
 from typing import Any, TypeVar
 
 from vireport.simulation import kernel
@@ -53,9 +54,17 @@ def _compiled(search: Callable[..., Result]) -> Callable[..., Result] | None:
 
 @cache
 def _register_kernel() -> None:
-    """Let compiled code call every function of the kernel, once in a process."""
-    from numba.extending import register_jitable
+    """Let compiled code call every function of the kernel, once in a process.
 
+    Those that treat arrays in a way of their own are loops there, and have numbers.
+    """
+    from numba.extending import overload, register_jitable
+
+    overload(kernel.pick, strict=False)(lambda *_: lambda condition, yes, no: yes if condition else no)
+    overload(kernel.root, strict=False)(lambda *_: lambda square: sqrt(square))
+    overload(kernel.note, strict=False)(lambda *_: kernel.note_each)
+    overload(kernel.advance, strict=False)(lambda *_: kernel.advance_each)
     for _, function in getmembers(kernel, isfunction):
-        if function.__module__ == kernel.__name__:
-            register_jitable(forceinline=True, **OPTIONS)(function)
+        if function.__module__ == kernel.__name__ and function not in kernel.OF_ARRAYS:
+            # A loop becomes one of vectors only if all that it calls is in it.
+            register_jitable(forceinline=function in kernel.STRAIGHT, **OPTIONS)(function)

@@ -5,6 +5,10 @@ zeros of Z'' (phases with cosine -gbar) Z' is monotone, so on such a piece the m
 sign, is a concave function y with at most one peak: either y passes its upper wall before the peak, or it can
 only leave through the lower one. So every crossing is bracketed before it is computed.
 
+Most flights end in one of the first two pieces, with room to spare where they pass a wall by. Those are followed by
+formulas without branches, which take numbers and arrays alike: many balls at once are followed in lockstep, with the
+operations, and so the impacts, of a single one. What is not sure to be such a flight is left to the search.
+
 Three things can go wrong with an impact, and each has its function: the ball may only just reach a wall (`_peak`: a
 graze), it may bounce infinitely often in a finite time (`_settle`: chatter), and it may drift for thousands of periods
 before it meets a wall (`_idle_periods`).
@@ -24,6 +28,7 @@ of each search, and a run without the compiler is made of little else.
 from __future__ import annotations
 
 from math import acos, cos, inf, nan, pi, sin, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,25 +40,33 @@ WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = 0, 1, 2, 3, 4, 5
 IMPACTS, EVALUATIONS, STATUS = 0, 1, 2
 
 TURN, PER_PI, PER_PI2, EPS = 2 * pi, 1 / pi, 1 / (pi * pi), 2.2e-16
-SPLIT, PI_HEAD, PI_TAIL = 134217729.0, 3.1415926218032837, 3.178650954705639e-08
+PI_HEAD, PI_TAIL = 3.1415926535897896, 3.675178358715236e-15  # pi: the products of the first with 1 and 2 are exact
+ROUND = 6755399441055744.0  # added and taken away again, it rounds a number to a whole one
 STEP_TOL = 1.4e-17  # a fourth-order step d leaves about d^4 / min(|y'|, 1)^3: kept below 1/16 ulp of the time
 CHATTER_TOL = 1e-15  # neglected third order of a completed chatter [t_c], well under the 1e-13 promised
 FALLING_CHATTER = 1e-17  # rebound velocity down to which hops are followed whose restitution still grows
+CLEAR = 1e-14  # distance from a wall at the end of a piece that rounding does not make or take away
 CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
 FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case tried
 # Stops of a ball with friction on all of its way, and so many more for each impact: beyond, it creeps. Others stop a
 # few times in a flight.
 MAX_STOPS, STOPS_PER_IMPACT = 4_000, 8
+# Trajectories that are followed together: what is computed of them stays in the processor's first cache. Fewer than FEW
+# are followed one after the other.
+LANES, FEW = 256, 8
+USUAL = 3.0  # pairs of sine and cosine of a usual impact, those of the next flight included
 # A flight is described by its beginning. In the functions below y is its displacement from there, or minus that.
 FlightRow = tuple[float, float, float, float]  # Z'+, gbar, cosine and sine of the phase at the start
 Quintic = tuple[float, float, float, float, float]  # Z' to Z''''' at the start, where Z'' is a cubic
 Leg = FlightRow | Quintic
 Node = tuple[float, float, float]  # a time, and displacement and velocity there
+Flight = tuple[Any, Any, Any, Any]  # a flight row, as numbers or arrays
 Hit = tuple[float, float, float, float, float]  # see `_next_impact`
 Pair = tuple[float, float]
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
 # Harmonics of the force in a flight: order, cosine and sine of each at its beginning; and a sign, -1 where y is -Z.
 Overtones = tuple[Array, float] | None
 ORDER, COSINE, SINE = 0, 1, 2
@@ -61,24 +74,87 @@ ORDER, COSINE, SINE = 0, 1, 2
 LENGTH, PULL, RATE, BEND, JERK, CONCAVE = 0, 1, 2, 3, 4, 5
 
 
-def _rise_and_lag(t: float, x: float) -> FlightRow:
-    """Return 1 - cos x and x - sin x, x = pi t, with sine and cosine; for x of 1 or more."""
-    sine, cosine = sin(x), cos(x)
-    # x is pi t rounded: for a relative error of the result of one rounding, what was cut off is added to first order.
-    # The product of doubles is split exactly, by Dekker's method.
-    spread = t * SPLIT
-    head = spread - (spread - t)
-    rest = ((PI_HEAD * head - x) + PI_HEAD * (t - head)) + PI_TAIL * t  # what rounding cut off pi t
-    return 1.0 - cosine + rest * sine, x - sine + rest * (1.0 - cosine), sine, cosine
+def pick(condition: Any, yes: Any, no: Any) -> Any:
+    """Return one of two numbers, or tuples of them, by a condition; elementwise of arrays."""
+    if condition is True:
+        return yes
+    return no if condition is False else np.where(condition, yes, no)
 
 
-def _rise_and_lag_series(x: float, q: float) -> Pair:
-    """Return 1 - cos x and x - sin x, both over q = x^2, by their series; for x below 1."""
-    lag = 1 / 39916800 - q * (1 / 6227020800 - q * (1 / 1307674368000 - q / 355687428096000))
-    lag = x * (1 / 6 - q * (1 / 120 - q * (1 / 5040 - q * (1 / 362880 - q * lag))))
-    rise = 1 / 479001600 - q * (1 / 87178291200 - q * (1 / 20922789888000 - q / 6402373705728000))
-    rise = 1 / 2 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320 - q * (1 / 3628800 - q * rise))))
-    return rise, lag
+def root(square: Any) -> Any:
+    """Return the square root of a number, or elementwise of an array."""
+    return np.sqrt(square) if isinstance(square, np.ndarray) else sqrt(square)
+
+
+def _series(q: Any) -> tuple[Any, Any]:
+    """Return (1 - cos x)/x^2 and (x - sin x)/x^3 for q = x^2, |x| up to pi/2.
+
+    They are Taylor's series, of which 8 terms each are left by Chebyshev's polynomials. What is cut off is at most
+    6.5e-18 and 3.5e-19.
+    """
+    q2 = q * q
+    q4 = q2 * q2
+    rise = (0.5 - q * 0.04166666666666634) + q2 * (0.0013888888888860709 - q * 2.4801587292446213e-05)
+    cut = (2.755731776732053e-07 - q * 2.0876630867422994e-09) + q2 * (
+        1.1464689885720029e-11 - q * 4.6276759850181716e-14
+    )
+    lag = (0.16666666666666666 - q * 0.008333333333333316) + q2 * (0.00019841269841254974 - q * 2.7557319219163234e-06)
+    end = (2.5052107616996182e-08 - q * 1.6058977312464087e-10) + q2 * (
+        7.643970296798572e-13 - q * 2.7314447669863995e-15
+    )
+    return rise + q4 * cut, lag + q4 * end
+
+
+def _alternating(k: Any) -> Any:
+    """Return 1 of an even number, -1 of an odd one."""
+    half = 0.5 * k
+    return 1.0 - 4.0 * abs(half - ((half + ROUND) - ROUND))
+
+
+def sine_and_cosine(phase: Any) -> tuple[Any, Any]:
+    """Return sine and cosine of a phase in [0, 2 pi], each to 1.3 times EPS, relatively.
+
+    The nearest right angles, k, are taken away: their first part exactly, as phase and product are within a factor 2,
+    and their last with one rounding of what is left, x, which is at most pi/4. So x, and near zero its sine, is off by
+    a rounding u = EPS/2. x - x q lag and 1 - q rise round once; what they take away is at most 0.10 of the first and
+    0.42 of the second, and off by less than 6 u. The sum is below 1.6 u and, x counted with at most x tan x = 0.79,
+    2.5 u for sine and cosine; measured against 40 digits are 2.3e-16.
+    """
+    k = (phase * (2.0 * PER_PI) + ROUND) - ROUND
+    x = (phase - k * (0.5 * PI_HEAD)) - k * (0.5 * PI_TAIL)
+    pairs = (0.5 * k - 0.25 + ROUND) - ROUND
+    sign, q = _alternating(pairs), x * x
+    rise, lag = _series(q)
+    sine, cosine = sign * x - (sign * x * q) * lag, sign - (sign * q) * rise
+    sine, cosine = pick(k > 2.0 * pairs, (cosine, -sine), (sine, cosine))
+    return sine, cosine
+
+
+def _half_turned(t: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """Return x = pi t less half turns, with sine and cosine of pi t, and `_series` of x.
+
+    What is left of t is exact. x is off by 1.4 roundings, and at most pi/2: sine and cosine are off by at most 2 EPS.
+    """
+    k = (t + ROUND) - ROUND
+    x = pi * (t - k)
+    sign, q = _alternating(k), x * x
+    rise, lag = _series(q)
+    return x, sign * x - (sign * x * q) * lag, sign - (sign * q) * rise, rise, lag
+
+
+def _moved(t: Any, flight: Flight, wall: Any) -> Flight:
+    """Return what `_state` does of a flight under a sine, as numbers or arrays.
+
+    Up to t = 1/2 the terms that cancel in a short flight, g/2 and c (1 - cos x)/x^2, are added before anything else is.
+    """
+    v, g, c, s = flight
+    x, sine, cosine, rise, lag = _half_turned(t)
+    short, impulse = t < 0.5, s * PER_PI
+    turned = pick(short, x * x * rise, 1.0 - cosine)
+    long = (t * (v + 0.5 * g * t) - (impulse * t + wall)) + ((c * PER_PI2) * turned + (s * PER_PI2) * sine)
+    y = pick(short, t * (v + t * (0.5 * g + (c * rise - s * (x * lag)))) - wall, long)
+    y1 = (v + g * t) + ((c * PER_PI) * sine - impulse * turned)
+    return y, y1, g + (c * cosine - s * sine), -pi * (c * sine + s * cosine)
 
 
 def _quintic(t: float, flight: Quintic, wall: float) -> FlightRow:
@@ -97,29 +173,13 @@ def _state(t: float, flight: Leg, overtones: Overtones, wall: float) -> FlightRo
     """
     if len(flight) == 5:
         return _quintic(t, flight, wall)
-    v, g, c, s = flight
-    x = pi * t
-    if x >= 1.0:
-        rise, lag, sine, cosine = _rise_and_lag(t, x)
-        y = (t * (v + 0.5 * g * t) - wall) + (c * rise - s * lag) * PER_PI2
-    else:
-        q = x * x
-        rise, lag = _rise_and_lag_series(x, q)
-        y = t * (v + t * (0.5 * g + (c * rise - s * lag))) - wall
-        rise, sine, cosine = rise * q, x - lag * q, 1.0 - rise * q
-    y1 = v + g * t + (c * sine - s * rise) * PER_PI
-    y2, y3 = g + c * cosine - s * sine, -pi * (c * sine + s * cosine)
+    y, y1, y2, y3 = _moved(t, flight, wall)
     if overtones is not None:
         parts, sign = overtones
         for k in range(len(parts)):
             j, c, s = float(parts[k, ORDER]), sign * float(parts[k, COSINE]), sign * float(parts[k, SINE])
-            x = pi * (j * t)
-            if x >= 1.0:
-                rise, lag, sine, cosine = _rise_and_lag(j * t, x)
-            else:
-                q = x * x
-                rise, lag = _rise_and_lag_series(x, q)
-                rise, lag, sine, cosine = rise * q, lag * q, x - lag * q, 1.0 - rise * q
+            x, sine, cosine, rise, lag = _half_turned(j * t)
+            rise, lag = pick(j * t < 0.5, (x * x * rise, x * x * x * lag), (1.0 - cosine, pi * (j * t) - sine))
             y += (c * rise - s * lag) * PER_PI2 / (j * j)
             y1 += (c * sine - s * rise) * PER_PI / j
             y2 += c * cosine - s * sine
@@ -150,10 +210,10 @@ def _by_snap(d: float, t: float, flight: Leg, overtones: Overtones, y2: float) -
 
 
 def _size(t: float, flight: Leg) -> float:
-    """A bound of the terms that y(t) is a sum of: rounding makes errors of EPS times that."""
+    """A bound of the errors that rounding, and sine and cosine that are off by 2 EPS, make of y(t), over EPS."""
     if len(flight) == 5:
         return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t
-    return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t + min(0.5 * t * t, 0.2 + abs(t))
+    return abs(flight[0] * t) + 0.5 * abs(flight[1]) * t * t + min(t * t, 0.5 + abs(t))
 
 
 def _turned(flight: Leg) -> Leg:
@@ -181,6 +241,13 @@ def _signed(overtones: Overtones) -> Overtones:
     return overtones[0], -overtones[1]
 
 
+def _correction(f: Any, y1: Any, y2: Any, y3: Any) -> Any:
+    """Householder's step of third order to a zero of f, by derivatives that cost no further sine or cosine."""
+    square = y1 * y1
+    steep = y1 * (square - f * y2) + f * f * y3 * (1 / 6)
+    return -f * (square - 0.5 * f * y2) / pick(steep == 0.0, 1.0, steep)
+
+
 def _crossing(flight: Leg, overtones: Overtones, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
     """Time of the one crossing of y = wall between the ends, velocity there, evaluations; t is a guess.
 
@@ -189,12 +256,9 @@ def _crossing(flight: Leg, overtones: Overtones, wall: float, rising: float, end
     """
     low, high = ends
     for step in range(1, MAX_STEPS):
-        # Householder's step of third order: y'' and y''' cost no further sine or cosine.
         f, y1, y2, y3 = _state(t, flight, overtones, wall)
         low, high = (t, high) if f * rising < 0.0 else (low, t)
-        square = y1 * y1
-        steep = y1 * (square - f * y2) + f * f * y3 * (1 / 6)
-        d = -f * (square - 0.5 * f * y2) / steep if steep != 0.0 else inf
+        d = _correction(f, y1, y2, y3)
         if low <= t + d <= high:
             m, scale = abs(y1), t + base
             m = m if m < 1.0 else 1.0
@@ -284,7 +348,7 @@ def _piece(
 def _node(t: float, flight: FlightRow, end: Pair) -> Node:
     """Displacement (2.12) and velocity (2.11) after t, where cosine and sine of the phase are known."""
     v, g, c, s = flight
-    if t * pi >= 1.0:
+    if t >= 0.5:
         z = t * (v + 0.5 * g * t - s * PER_PI) + (c - end[0]) * PER_PI2
         return t, z, v + g * t + (end[1] - s) * PER_PI
     z, speed, _, _ = _state(t, flight, None, 0.0)
@@ -352,6 +416,87 @@ def _next_impact(flight: FlightRow, phase: float, turn: Pair, walls: Pair) -> Hi
         now, gate = (v + 2.0 * g * periods, g, c, s), (walls[0] - shift, walls[1] - shift)
         node = _node(first + gap, now, last)
     return periods, 0.0, 0.0, 0.0, evaluations
+
+
+def _leaves(sign: Any, d: Any, start: Any, end: Any, near: Any) -> tuple[Any, Any, Any]:
+    """Whether a piece on which `sign` z is concave ends beyond the upper wall, or the lower one, and is sure to.
+
+    z is between 0 and d at the start. It is sure if both ends are clear of the walls, by `near`, and the crest, which
+    is below the tangents at both, reaches no wall. Nodes are times, places and velocities.
+    """
+    (a, ya, pa), (b, yb, pb) = start, end
+    upper = pick(sign > 0.0, d, 0.0)
+    ya, yb, pa, pb = sign * ya - upper, sign * yb - upper, sign * pa, sign * pb
+    up, down, clear = yb > near, yb + d < -near, (yb < -near) & (yb + d > near)
+    low = (pa <= 0.0) | (pb >= 0.0) | (pa * yb - pb * ya + pa * pb * (a - b) < near * (pb - pa))
+    return up, down & low, up | (low & (down | clear))
+
+
+def _bracket(wall: Any, v: Any, phase: Any, r: Any, device: Any) -> tuple[Any, Any, Any, Any, Flight, Any]:
+    """Bracket the next impact of a ball that flies off a wall, where it is found without a further sine.
+
+    It is in one of the first two pieces in most flights. All is seen from the wall, which is at 0, the other being at
+    d. Returned: whether it is sure that this is the first impact, a guess of its time and the ends, the flight, and
+    where the wall is.
+    """
+    d, g, turn, swing = device
+    s, c = sine_and_cosine(phase)
+    v = r * abs(v)
+    early, late = phase < turn, phase >= TURN - turn
+    convex, zero = early | late, pick(early, turn, pick(late, TURN + turn, TURN - turn))
+    first, sign = (zero - phase) * PER_PI, pick(convex, -1.0, 1.0)
+    second = first + 2.0 * pick(convex, 1.0 - turn * PER_PI, turn * PER_PI)
+    g, c, s, sign, swing = -wall * g, -wall * c, -wall * s, -wall * sign, -wall * sign * swing * PER_PI
+    # At the zeros of Z'' the cosine is -g, and the sine known.
+    mean, path = v - s * PER_PI, (c + g) * PER_PI2
+    start = 0.0 * v, 0.0 * v, v
+    middle = first, first * (mean + 0.5 * g * first) + path, mean + g * first - swing
+    end = second, second * (mean + 0.5 * g * second) + path, mean + g * second + swing
+    near = CLEAR * (1.0 + d + v)
+    up, down, sure = _leaves(sign, d, start, middle, near)
+    later_up, later_down, later_sure = _leaves(-sign, d, middle, end, near)
+    soon = up | down
+    sure = sure & (soon | (later_sure & (later_up | later_down))) & (v > CHATTER_SPEED) & (swing != 0.0)
+    up, sign = pick(soon, up, later_up), pick(soon, sign, -sign)
+    start, end = pick(soon, start, middle), pick(soon, middle, end)
+    far, low, high = (sign > 0.0) == up, start[0], end[0]
+    # The parabola through both ends has the slope of the flatter one.
+    a, y, slope = pick(up, end, start)
+    b, other, _ = pick(up, start, end)
+    span, target = b - a, pick(far, d, 0.0)
+    slope = sign * slope * span
+    bend = sign * (other - y) - slope
+    inside = slope * slope - 4.0 * bend * (sign * (y - target))
+    t = a + (slope + root(abs(inside))) * (span / pick(bend == 0.0, 1.0, -2.0 * bend))
+    return sure, pick((low < t) & (t < high), t, 0.5 * (low + high)), low, high, (v, g, c, s), target
+
+
+def _approach(t: Any, low: Any, high: Any, flight: Any, wall: Any) -> tuple[Any, Any, Any]:
+    """Return a time of impact that is nearer, and its bracket."""
+    f, y1, y2, y3 = _moved(t, flight, wall)
+    past, new = (f < 0.0) != (wall > 0.0), t + _correction(f, y1, y2, y3)
+    low, high = pick(past, low, t), pick(past, t, high)
+    return pick((low <= new) & (new <= high), new, 0.5 * (low + high)), low, high
+
+
+def _arrive(t: Any, low: Any, high: Any, flight: Any, wall: Any, phase: Any) -> tuple[Any, Any, Any, Any]:
+    """Take the last step to an impact: whether it is exact to rounding then, its time, velocity and phase."""
+    f, y1, y2, y3 = _moved(t, flight, wall)
+    e = _correction(f, y1, y2, y3)
+    m = pick(abs(y1) < 1.0, abs(y1), 1.0)
+    square = e * e
+    exact = (square * square <= STEP_TOL * t * (m * m * m)) | (abs(e) <= 0.5 * EPS * t)
+    t, speed = t + e, y1 + e * (y2 + 0.5 * e * (y3 + e * (pi * pi) * (flight[1] - y2) * (1 / 3)))
+    phase = phase + pi * t
+    phase = pick(phase >= TURN, phase - TURN, phase)
+    ahead = ((speed > 0.0) == (wall > 0.0)) & (speed != 0.0)
+    return exact & ahead & (low <= t) & (t <= high) & (phase < TURN), t, speed, phase
+
+
+STRAIGHT = (
+    _series, _alternating, sine_and_cosine, _half_turned, _moved, _correction, _leaves, _bracket, _approach, _arrive
+)  # fmt: skip
+"""Functions without branches, which take numbers and arrays alike."""
 
 
 def _fill_parts(phase: float, harmonics: Array, parts: Array) -> None:
@@ -546,7 +691,7 @@ def _falling(stated: float, speed: float, law: Array) -> float:
     return float(law[2])
 
 
-def _follow(
+def follow_start(
     model: Array,
     start: Array,
     impacts: int,
@@ -562,22 +707,32 @@ def _follow(
     d, g, r_bottom, r_top = float(model[0]), float(model[1]), float(model[2]), float(model[3])
     wall, z, v, phase = float(start[0]), float(start[1]), float(start[2]), float(start[3])
     turn = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
-    s, c = sin(phase), cos(phase)
+    device = (d, g, turn[0], turn[1])
     walls, flight = (-0.5 * d - z, 0.5 * d - z), 0.0
     evaluations, status, row, count, kept = 1.0, RUNNING, 0, 0, len(rows)
-    parts = np.empty((0, 3))
-    if harmonics is not None:
-        parts = np.empty((len(harmonics), 3))
-        _fill_parts(phase, harmonics, parts)
+    parts = np.empty((0 if harmonics is None else len(harmonics), 3))
     place, since, after = 0, 0.0, 0
     while True:
         rows[row, WALL], rows[row, PHASE], rows[row, FLIGHT] = wall, phase, flight
         rows[row, VELOCITY], rows[row, SETTLING], rows[row, RIDING] = v, 0.0, 0.0
+        r = r_bottom if wall > 0.0 else r_top
+        if laws is not None:
+            r = _falling(r, abs(v), laws[which])
+        if harmonics is None and drive is None and wall != 0.0 and count < impacts:
+            sure, t, low, high, path, target = _bracket(wall, v, phase, r, device)
+            if sure:
+                t, low, high = _approach(t, low, high, path, target)
+                sure, t, speed, ahead = _arrive(t, low, high, path, target, phase)
+            if sure:
+                flight, v, phase, evaluations = t, -wall * speed, ahead, evaluations + USUAL
+                wall = -wall if target > 0.0 else wall
+                count, row = count + 1, row + 1 if row + 1 < kept else 0
+                continue
+        s, c = sine_and_cosine(phase)
+        if harmonics is not None:
+            _fill_parts(phase, harmonics, parts)
         if wall != 0.0:
             walls = (-d, 0.0) if wall > 0.0 else (0.0, d)
-            r = r_bottom if wall > 0.0 else r_top
-            if laws is not None:
-                r = _falling(r, abs(v), laws[which])
             v = -r * v  # (2.10)
             if drive is not None:
                 settles, settling, riding, after = _settle_recorded(wall, v, r, drive, place, since)
@@ -603,7 +758,7 @@ def _follow(
                     phase, s, c, v = turn[0] if wall > 0.0 else TURN - turn[0], wall * turn[1], -g, 0.0
                 else:
                     phase, v = _released(phase + pi * (settling + riding), zeros), 0.0
-                    s, c = sin(phase), cos(phase)
+                    s, c = sine_and_cosine(phase)
                     _fill_parts(phase, harmonics, parts)
         if count == impacts:
             break
@@ -622,11 +777,112 @@ def _follow(
             v = 0.0  # an impact of 1e-100 y_c, say, whose velocity rounding has turned: the ball only touches
         flight = 2.0 * periods + t
         phase = _phase_after(phase, t)
-        s, c = sin(phase), cos(phase)
-        if harmonics is not None:
-            _fill_parts(phase, harmonics, parts)
         count += 1
     summary[IMPACTS], summary[EVALUATIONS], summary[STATUS] = count, evaluations, status
+
+
+def note(count: int, lanes: Ints, ball: Array, flight: Array, row: int, rows: Array) -> None:
+    """Write the impacts of some balls to a row of each; as `note_each`, of arrays."""
+    which = lanes[:count]
+    rows[which, row, WALL], rows[which, row, PHASE], rows[which, row, FLIGHT] = (
+        ball[0, :count],
+        ball[2, :count],
+        flight[:count],
+    )
+    rows[which, row, VELOCITY], rows[which, row, SETTLING], rows[which, row, RIDING] = ball[1, :count], 0.0, 0.0
+
+
+def note_each(count: int, lanes: Ints, ball: Array, flight: Array, row: int, rows: Array) -> None:
+    """Write the impacts of some balls to a row of each."""
+    for i in range(count):
+        out = rows[lanes[i], row]
+        out[WALL], out[PHASE], out[FLIGHT] = ball[0, i], ball[2, i], flight[i]
+        out[VELOCITY], out[SETTLING], out[RIDING] = ball[1, i], 0.0, 0.0
+
+
+def advance(count: int, ball: Array, device: Array, aim: Array, sure: Bools, flight: Array) -> None:
+    """Bring some balls to their next impacts where these are `sure`; as `advance_each`, of arrays."""
+    wall, v, phase = ball[:, :count]
+    bottom, top, *rest = device[:, :count]
+    flying, t, low, high, path, target = _bracket(wall, v, phase, pick(wall > 0.0, bottom, top), rest)
+    arrived, t, speed, phase = _arrive(*_approach(t, low, high, path, target), path, target, phase)
+    sure[:count], flight[:count] = flying & arrived, t
+    onto = pick(target > 0.0, -wall, wall), -wall * speed, phase
+    ball[:, :count] = pick(sure[:count], onto, ball[:, :count])
+
+
+def advance_each(count: int, ball: Array, device: Array, aim: Array, sure: Bools, flight: Array) -> None:
+    """Bring some balls to their next impacts where these are `sure`.
+
+    Each loop is short enough for several balls to be on their way in the processor, and has no branch.
+    """
+    for i in range(count):
+        r = pick(ball[0, i] > 0.0, device[0, i], device[1, i])
+        rest = device[2, i], device[3, i], device[4, i], device[5, i]
+        sure[i], t, low, high, path, target = _bracket(ball[0, i], ball[1, i], ball[2, i], r, rest)
+        aim[0, i], aim[1, i], aim[2, i], aim[3, i] = t, low, high, target
+        aim[4, i], aim[5, i], aim[6, i], aim[7, i] = path
+    for i in range(count):
+        path = aim[4, i], aim[5, i], aim[6, i], aim[7, i]
+        aim[0, i], aim[1, i], aim[2, i] = _approach(aim[0, i], aim[1, i], aim[2, i], path, aim[3, i])
+    for i in range(count):
+        path, target = (aim[4, i], aim[5, i], aim[6, i], aim[7, i]), aim[3, i]
+        arrived, t, speed, phase = _arrive(aim[0, i], aim[1, i], aim[2, i], path, target, ball[2, i])
+        arrived = arrived & sure[i]
+        sure[i], flight[i], wall = arrived, t, ball[0, i]
+        ball[0, i] = pick(arrived & (target > 0.0), -wall, wall)
+        ball[1, i], ball[2, i] = pick(arrived, -wall * speed, ball[1, i]), pick(arrived, phase, ball[2, i])
+
+
+OF_ARRAYS = pick, root, note, advance
+"""Functions that do with arrays what compiled code does in loops."""
+
+
+def _follow_together(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
+    """Follow some starts in lockstep under a sine, each exactly as `follow_start` does; see `follow_starts`.
+
+    What is no usual impact is left to that, from one impact to the next.
+    """
+    count, kept = len(parameters), rows.shape[1]
+    lanes, ball, device = np.arange(count), np.empty((3, count)), np.empty((6, count))
+    aim, sure, flight = np.empty((8, count)), np.empty(count, np.bool_), np.zeros(count)
+    steps, begin, pair, end = np.zeros(count), np.empty(4), np.empty((2, 6)), np.empty(3)
+    for i in range(count):
+        ball[0, i], ball[1, i], ball[2, i] = starts[i, 0], starts[i, 2], starts[i, 3]
+        d, g = float(parameters[i, 0]), float(parameters[i, 1])
+        device[0, i], device[1, i], device[2, i], device[3, i] = parameters[i, 2], parameters[i, 3], d, g
+        device[4, i], device[5, i] = (acos(-g), sqrt((1.0 - g) * (1.0 + g))) if g < 1.0 else (pi, 0.0)
+    for done in range(impacts + 1):
+        row, lockstep = done % kept, done < impacts and count >= FEW
+        note(count, lanes, ball, flight, row, rows)
+        if lockstep:
+            advance(count, ball, device, aim, sure, flight)
+        going = 0
+        for i in range(count):
+            which = lanes[i]
+            if not (lockstep and sure[i]):
+                begin[0], begin[1], begin[2], begin[3] = ball[0, i], starts[which, 1], ball[1, i], ball[2, i]
+                follow_start(parameters[which], begin, min(impacts - done, 1), pair, end, None, 0, None, None, None)
+                rows[which, row, SETTLING], rows[which, row, RIDING] = pair[0, SETTLING], pair[0, RIDING]
+                ball[0, i], ball[1, i], ball[2, i], flight[i] = (
+                    pair[1, WALL],
+                    pair[1, VELOCITY],
+                    pair[1, PHASE],
+                    pair[1, FLIGHT],
+                )
+                steps[which] += end[EVALUATIONS] - 1.0 - USUAL * end[IMPACTS]
+                if end[IMPACTS] == 0.0:
+                    summary[which, IMPACTS], summary[which, STATUS] = done, end[STATUS]
+                    summary[which, EVALUATIONS] = 1.0 + steps[which] + USUAL * done
+                    continue
+            if going < i:
+                lanes[going], flight[going] = which, flight[i]
+                for k in range(6):
+                    device[k, going] = device[k, i]
+                for k in range(3):
+                    ball[k, going] = ball[k, i]
+            going += 1
+        count = going
 
 
 def follow_starts(
@@ -652,11 +908,16 @@ def follow_starts(
     the beginning of the first to the end of the last, with the phase of a sine of its frequency. Else it is None.
     Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
+    if laws is None and harmonics is None and drive is None and len(parameters) >= FEW:
+        for i in range(0, len(parameters), LANES):
+            k = i + LANES
+            _follow_together(parameters[i:k], starts[i:k], impacts, rows[i:k], summary[i:k])
+        return
     for i in range(len(parameters)):
         if harmonics is None or zeros is None:
-            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, None, None, drive)
+            follow_start(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, None, None, drive)
         else:
-            _follow(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], zeros[i], drive)
+            follow_start(parameters[i], starts[i], impacts, rows[i], summary[i], laws, i, harmonics[i], zeros[i], drive)
 
 
 def _pull(phase: float, g: float, harmonics: Array) -> float:
