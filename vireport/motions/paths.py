@@ -768,8 +768,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
             image = None if meets else _turned_back(self, turning.x)
             over = image is not None
             events = [event for event in events if not over or event[0] < size]
-            if meets or over:
-                events.append((size, turning, image or Event.FOLD))
+            events.append((size, turning, image or Event.FOLD))
         # The trace crosses and the parameter does not turn: two asymmetric families leave the symmetric one.
         elif meets:
             size, fork = self.located(arc, meeting)
