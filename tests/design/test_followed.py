@@ -130,3 +130,18 @@ def test_a_ball_that_does_not_bounce_is_not_followed() -> None:
 def test_where_a_one_to_one_motion_is_stable_nothing_else_is_followed() -> None:
     assert switched_on_at_once(solved("inclined")).motion_from_rest is None
     assert switched_on_at_once(solved("inclined", excitation__amplitude_n=0.8)).motion_from_rest is None  # at rest
+
+
+@pytest.mark.slow
+def test_the_fold_of_a_followed_motion_does_not_hang_on_rounding() -> None:
+    """The period-two motion of membranes with 0.47 and 0.54, from starts that differ in the last bits."""
+    device = replace(solved("inclined", device__length_m=0.72).device, restitution=Restitutions(0.47, 0.54))
+    groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
+    end = find_attractor(groups, start_of(np.array([1.0, 0.0, 0.0, float(np.arccos(-groups.gbar))])), 4000)
+    motion, rng = end.cycle.motion(0.0), np.random.default_rng(0)
+    assert motion.word.letters == "BTBT"
+    for _ in range(6):
+        velocity = motion.velocity * (1 + 2.2e-16 * rng.integers(-2, 3, 4))
+        found = followed_motion(device, replace(motion, velocity=velocity), DesignInput.LENGTH)
+        assert (found.below, found.above) == (Event.PERIOD_DOUBLING, Event.FOLD)
+        assert found.high == pytest.approx(0.7599, abs=1e-4)
