@@ -1,7 +1,8 @@
-"""Cells per second of a map over inclination and length, its memory, and whether both stay as the map grows.
+"""Processor time of a map over inclination and length, its memory, and how both grow; on a cluster, too.
 
-The map of `examples/maps/map.yaml` with more cells, on all cores and on one; the time is that of the whole run, from
-the file to the finished Parquet file without pictures. Memory is that of the process and its workers together.
+The map of `examples/maps/map.yaml` with more cells, from the file to the finished Parquet file without pictures: on one
+core, on all of them, and on two workers of a local Dask cluster. All processes count. The busiest one is what the map
+takes on idle cores, where no other program disturbs it. Memory is that of the process and its workers together.
 
     python benchmarks/maps.py
 """
@@ -12,13 +13,13 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command does
 
-import sys
+import math
 import tempfile
 import threading
 import time
 from pathlib import Path
-from statistics import median
 
+from distributed import LocalCluster
 from record import record
 
 from vireport.map.cells.cells import map_plan
@@ -28,7 +29,7 @@ from vireport.scenario.loading import loads_map
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "maps" / "map.yaml"
 COUNTS = {10_000: (100, 100), 100_000: (250, 400), 1_000_000: (1000, 1000)}
-GOAL = 200_000
+TICK = os.sysconf("SC_CLK_TCK")
 
 
 def text_of(shape: tuple[int, int]) -> str:
@@ -56,6 +57,16 @@ def resident(pid: int) -> int:
     return 0
 
 
+def processor_times() -> dict[int, float]:
+    """Processor time of this process and of all that descend from it [s], with children that have ended."""
+    times = {}
+    for pid in family(os.getpid()):
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        times[pid] = sum(map(int, fields[11:13])) / TICK
+    times[0] = sum(os.times()[2:4])
+    return times
+
+
 class Watch(threading.Thread):
     """Samples the memory of this process and its workers until it is stopped."""
 
@@ -65,85 +76,90 @@ class Watch(threading.Thread):
 
     def run(self) -> None:
         """Sample until told to stop."""
-        while not self.done.wait(0.1):
-            self.sample()
-
-    def sample(self) -> None:
-        """Look once."""
-        memory = 0
-        for pid in family(os.getpid()):
-            try:
-                memory += resident(pid)
-            except OSError:
-                continue
-        self.peak = max(self.peak, memory)
+        while not self.done.wait(0.3):
+            memory = 0
+            for pid in family(os.getpid()):
+                try:
+                    memory += resident(pid)
+                except OSError:
+                    continue
+            self.peak = max(self.peak, memory)
 
 
-def measured(shape: tuple[int, int], workers: int) -> tuple[float, int, int]:
-    """Seconds of a run, its peak memory, and the size of its result."""
+def measured(shape: tuple[int, int], **how: object) -> dict[str, float]:
+    """Processor and wall time of a run [s], its peak memory and the size of its result [MB]."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "map.yaml"
         path.write_text(text_of(shape), encoding="utf-8")
         watch = Watch()
         watch.start()
-        began = time.perf_counter()
-        run_map(str(path), Path(name) / "out", workers=workers, draw=False)
-        took = time.perf_counter() - began
+        before, began = processor_times(), time.perf_counter()
+        run_map(str(path), Path(name) / "out", draw=False, **how)
+        wall, after = time.perf_counter() - began, processor_times()
         watch.done.set()
         watch.join()
-        watch.sample()
-        return took, watch.peak, (Path(name) / "out" / "map.parquet").stat().st_size
+        used = [after[pid] - before.get(pid, 0.0) for pid in after]
+        size = (Path(name) / "out" / "map.parquet").stat().st_size
+    return {
+        "cells": math.prod(shape),
+        "seconds": sum(used),
+        "busiest_seconds": max(used),
+        "wall_seconds": wall,
+        "peak_mb": watch.peak / 1e6,
+        "result_mb": size / 1e6,
+    }
 
 
-def used(text: str) -> float:
-    """Processor time of a whole run on one core, with nothing watching [s]."""
-    with tempfile.TemporaryDirectory() as name:
-        path = Path(name) / "map.yaml"
-        path.write_text(text, encoding="utf-8")
-        began = time.process_time()
-        run_map(str(path), Path(name) / "out", workers=1, draw=False)
-        return time.process_time() - began
+def share_of_cells(shape: tuple[int, int], whole: float) -> float:
+    """Share of the processor time of a run that the cells themselves take."""
+    plan, began = map_plan(loads_map(text_of(shape))), time.process_time()
+    for index in range(plan.chunks):
+        evaluate(plan, plan.numbers(index))
+    return (time.process_time() - began) / whole
 
 
-def overheads(shape: tuple[int, int], repeats: int = 3) -> tuple[float, float]:
-    """Overhead of splitting into chunks, against chunks of 250,000 cells, and of all that is not the cells themselves.
-
-    Each is taken in turns with what it is compared with, so that both see the same machine.
-    """
-    text, plan = text_of(shape), map_plan(loads_map(text_of(shape)))
-    chunking, beside = [], []
-    for _ in range(repeats):
-        whole, coarse = used(text), used(f"{text.rstrip()}\n  chunk_cells: 250000\n")
-        began = time.process_time()
-        for index in range(plan.chunks):
-            evaluate(plan, plan.numbers(index))
-        chunking.append(whole / coarse - 1)
-        beside.append(1 - (time.process_time() - began) / whole)
-    return median(chunking), median(beside)
+def growth(rows: list[dict[str, float]], name: str) -> float:
+    """Power of the number of cells with which a quantity grows between the last two maps."""
+    first, last = rows[-2:]
+    return math.log(last[name] / first[name]) / math.log(last["cells"] / first["cells"])
 
 
 def main() -> None:
-    rows = []
-    chunking, beside = overheads(COUNTS[1_000_000])
-    print(f"1,000,000 cells on one core: splitting into chunks costs {100 * chunking:.1f} %,")
-    print(f"all that is not the cells themselves (reading, writing twice, merging) {100 * beside:.1f} %\n")
-    print("     cells  workers       s    cells/s  peak memory     result")
-    for workers in dict.fromkeys((1, cores())):
-        first: tuple[int, float] | None = None
-        for count, shape in COUNTS.items():
-            took, peak, size = measured(shape, workers)
+    measured((10, 10), workers=1)  # imports what the first map would
+    print("                cells    CPU s  busiest s   wall s  peak memory     result")
+    rows: dict[str, list[dict[str, float]]] = {}
+
+    def take(name: str, **how: object) -> None:
+        for shape in COUNTS.values():
+            row = measured(shape, **how)
+            rows.setdefault(name, []).append(row)
             print(
-                f"{count:10,d}{workers:9d}{took:8.2f}{count / took:11,.0f}{peak / 1e6:10,.0f} MB{size / 1e6:8.1f} MB",
+                f"{name:>8s} {row['cells']:12,d}{row['seconds']:9.2f}{row['busiest_seconds']:11.2f}"
+                f"{row['wall_seconds']:9.2f}{row['peak_mb']:10,.0f} MB{row['result_mb']:8.1f} MB",
                 flush=True,
             )
-            if first is not None and count == 1_000_000:
-                rate = (count - first[0]) / (took - first[1])
-                print(f"{'':27s}{rate:9,.0f}  from {first[0]:,} cells on{f' (goal: {GOAL:,})' if workers > 1 else ''}")
-            first = first or (count, took)
-            sizes = {"peak_mb": peak / 1e6, "result_mb": size / 1e6}
-            rows.append({"workers": workers, "cells": count, "seconds": took, "per_second": count / took, **sizes})
-    record("maps", chunking_percent=100 * chunking, beside_percent=100 * beside, rows=rows)
+
+    take("one", workers=1)
+    take("cores", workers=cores())
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as cluster:
+        take("cluster", scheduler=cluster.scheduler_address)
+    one, all_cores, dask = (rows[name] for name in ("one", "cores", "cluster"))
+    # What a cluster takes for a small map is what it takes to begin; the rest is by the cell.
+    begins = dask[0]["busiest_seconds"] - one[0]["seconds"]
+    by_cell = (dask[-1]["seconds"] - dask[0]["seconds"]) / (one[-1]["seconds"] - one[0]["seconds"])
+    result = {
+        "cores": cores(),
+        "cores_ratio": all_cores[-1]["busiest_seconds"] / one[-1]["seconds"],
+        "cluster_ratio": dask[-1]["seconds"] / one[-1]["seconds"],
+        "cluster_begins_s": begins,
+        "cluster_by_cell": by_cell,
+        "exponent": growth(one, "seconds"),
+        "memory_exponent": growth(one, "peak_mb"),
+        "cells_share": share_of_cells(COUNTS[1_000_000], one[-1]["seconds"]),
+    }
+    print("\n".join(f"{name}: {value:.3g}" for name, value in result.items()))
+    record("maps", **result, rows=rows)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -130,7 +130,7 @@ def newton_root(
     rising : ndarray of bool
         Whether the function is positive at the upper end.
     tolerance : float
-        Newton step at which a search ends, relative to the zero or to 1.
+        Newton step with which a search ends, relative to the zero or to 1.
     """
     x = root = np.where((start > low) & (start < high), start, (low + high) / 2)
     active = np.arange(len(x))
@@ -141,11 +141,11 @@ def newton_root(
         sloping = slope != 0
         step = value / np.where(sloping, slope, 1.0)
         settled = (np.abs(step) <= tolerance * np.maximum(np.abs(x), 1.0)) & sloping
-        if settled.all():
-            break
         new = x - step
         inside = (new > low) & (new < high) & sloping
-        x = np.where(settled, x, np.where(inside, new, (low + high) / 2))
+        x = np.where(inside, new, np.where(settled, x, (low + high) / 2))
+        if settled.all():
+            break
         # To copy what is left costs as much as a step: only where that halves the work, and the arrays are long.
         if x.size > MANY and 2 * np.count_nonzero(settled) > x.size:
             root[active] = x

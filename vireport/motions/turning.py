@@ -31,8 +31,9 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-SMALLEST_STEP = 1e-10
-"""Newton step [t_c] that ends the search for a turning point: with Z' zero there, the position moves by its square."""
+SMALLEST_STEP = 1e-6
+"""Newton step [t_c] that ends the search for a turning point: the time that is left goes with its square, and, with Z'
+zero there, the position with the square of that."""
 
 BISECTIONS = 60
 """Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""

@@ -44,8 +44,8 @@ AHEAD = 2
 """Chunks under way for each worker: one that it computes, and one that waits for it."""
 
 WORTH_HELP = 1.5
-"""Work on one core for which a further process is begun [s]: some three times what it takes to begin, mostly to import
-what it needs. With less to do, two cores would take longer than one."""
+"""Processor time of the cells that are left for which a further process is begun [s]: some three times what it takes to
+begin, mostly to import what it needs. With less to do, two cores would take longer than one."""
 
 HELPER = "vireport.map.cells.helper"
 """The module that a further process on this machine runs."""
@@ -152,7 +152,8 @@ class Helper(Struct, frozen=True, eq=False):
 def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
     """Compute chunks in this process and, as soon as that pays, in further ones at the same time.
 
-    How long the rest takes is estimated from the cells that this process has computed. Where another process is lost or
+    How long the rest takes is estimated from the cells that this process has computed, by processor time: what else
+    runs on the machine delays the others as much. Where another process is lost or
     fails, the others take over its chunks, in the end this one, which says what is wrong with them.
     """
     helpers: list[Helper] = []
@@ -165,9 +166,9 @@ def _on_cores(store: Store, todo: deque[int], workers: int) -> Iterator[int]:
     try:
         while todo or waiting():
             if todo:
-                start = time.perf_counter()
+                start = time.process_time()
                 write_chunk(store, todo[0])
-                seconds, cells = seconds + time.perf_counter() - start, cells + store.plan.rows(todo[0])
+                seconds, cells = seconds + time.process_time() - start, cells + store.plan.rows(todo[0])
                 yield todo.popleft()
                 left = seconds / cells * sum(map(store.plan.rows, todo))
                 while begun < min(workers - 1, int(left / WORTH_HELP)):
