@@ -8,23 +8,21 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from functools import lru_cache
-from io import StringIO
-from math import floor
-from struct import pack
+from io import BytesIO, StringIO
 from typing import Any, Literal
-from zlib import compress, crc32
 
 import numpy as np
 from matplotlib.backend_bases import FigureCanvasBase, RendererBase
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.ft2font import LoadFlags
+from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D
 from msgspec import Struct
 from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from vireport.base.files import WRITTEN_BY
 from vireport.figures.ticks import ticks_at_once
@@ -32,13 +30,8 @@ from vireport.figures.ticks import ticks_at_once
 PER_INCH = 72
 """Points, in which figures are laid out and drawn."""
 
-METRES_PER_INCH = 0.0254
-
-SUBPIXELS = 64
-"""In which FreeType measures, to a pixel."""
-
-PNG_LEVEL = 2
-"""Of compression: the usual 6 takes twice as long and makes a tenth less of a drawing."""
+PNG_LEVEL = 3
+"""Of compression: with the usual 6 files are 3 % smaller, and saved in one and a half times the time."""
 
 _HEAD = re.compile(r'.*?viewBox="0 0 (?P<width>[\d.]+) (?P<height>[\d.]+)".*?</defs>\s*', re.DOTALL)
 """What Matplotlib writes before the drawing."""
@@ -203,53 +196,22 @@ def drawing(figure: Figure, recorded: bool = True) -> Drawn:
     return Drawn(f"0 0 {head['width']} {head['height']}", elements, strokes)
 
 
-class _Pixels(RendererAgg):
-    """What draws in pixels, a text as one image at whole pixels: each letter by itself takes five times as long."""
-
-    def draw_text(
-        self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
-    ) -> None:
-        if ismath or angle not in (0.0, 90.0) or len(prop.get_family()) > 1:
-            super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)  # type: ignore[no-untyped-call]
-            return
-        # The letters of several fonts, or turned by other angles, are left to Matplotlib.
-        font: Any = get_font(findfont(prop))
-        font.set_size(prop.get_size_in_points(), self.dpi)
-        font.set_text(s, 0.0, flags=LoadFlags.NO_HINTING)
-        font.draw_glyphs_to_bitmap()
-        letters = font.get_image()
-        left, below = font.get_bitmap_offset()[0] / SUBPIXELS, font.get_descent() / SUBPIXELS
-        right, up = (left, -below) if angle == 0 else (below - len(letters), left)
-        letters = np.rot90(letters, int(angle) // 90)[::-1]  # from the lowest row up
-        image = np.empty((*letters.shape, 4), np.uint8)
-        image[:, :, :3], image[:, :, 3] = np.multiply(gc.get_rgb()[:3], 255), letters
-        self.draw_image(gc, round(x + right), floor(self.height - y + up), image)
-
-
 def png(figure: Figure, strokes: Iterable[Stroke] | None = None) -> bytes:
     """A figure as a PNG file, of the strokes that it was drawn with or, without these, as Matplotlib draws it."""
     renderer: Any = figure.canvas
     if strokes is None:
         renderer.draw()
     else:
-        renderer = _Pixels(*figure.bbox.size, figure.dpi)  # type: ignore[no-untyped-call]
+        renderer = RendererAgg(*figure.bbox.size, figure.dpi)  # type: ignore[no-untyped-call]
         for stroke in strokes:
             stroke(renderer)
     return _png_file(np.asarray(renderer.buffer_rgba())[:, :, :3], figure.dpi)
 
 
 def _png_file(pixels: NDArray[np.uint8], dpi: float) -> bytes:
-    """Pixels of three channels as a PNG file; Pillow, which tries filters first, takes twice as long."""
-    height, width, channels = pixels.shape
-    rows = np.zeros((height, 1 + width * channels), np.uint8)  # before each row is the number of its filter: none
-    rows[:, 1:] = pixels.reshape(height, -1)
-    per_metre = round(dpi / METRES_PER_INCH)
-    chunks = {
-        b"IHDR": pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0),
-        b"tEXt": f"Software\0{WRITTEN_BY}".encode(),
-        b"pHYs": pack(">IIB", per_metre, per_metre, 1),
-        b"IDAT": compress(rows.tobytes(), PNG_LEVEL),
-        b"IEND": b"",
-    }
-    parts = (pack(">I", len(data)) + kind + data + pack(">I", crc32(kind + data)) for kind, data in chunks.items())
-    return b"".join((b"\x89PNG\r\n\x1a\n", *parts))
+    """Pixels of three channels as a PNG file."""
+    file, written = BytesIO(), PngInfo()
+    written.add_text("Software", WRITTEN_BY)
+    image = Image.fromarray(np.ascontiguousarray(pixels))
+    image.save(file, "PNG", dpi=(dpi, dpi), pnginfo=written, compress_level=PNG_LEVEL)
+    return file.getvalue()
