@@ -133,7 +133,7 @@ def newton_root(
         Newton step with which a search ends, relative to the zero or to 1.
     """
     x = root = np.where((start > low) & (start < high), start, (low + high) / 2)
-    active = np.arange(len(x))
+    active, ended = np.arange(len(x)), np.zeros(len(x), dtype=bool)
     for _ in range(MOST_NEWTON_STEPS):
         value, slope = function(x, active)
         upper = (value > 0) == rising
@@ -143,13 +143,16 @@ def newton_root(
         settled = (np.abs(step) <= tolerance * np.maximum(np.abs(x), 1.0)) & sloping
         new = x - step
         inside = (new > low) & (new < high) & sloping
-        x = np.where(inside, new, np.where(settled, x, (low + high) / 2))
-        if settled.all():
+        # A search that has ended stays where it is, or its last digits would depend on which others are made with it.
+        x = np.where(ended, x, np.where(inside, new, np.where(settled, x, (low + high) / 2)))
+        ended = ended | settled
+        if ended.all():
             break
         # To copy what is left costs as much as a step: only where that halves the work, and the arrays are long.
-        if x.size > MANY and 2 * np.count_nonzero(settled) > x.size:
+        if x.size > MANY and 2 * np.count_nonzero(ended) > x.size:
             root[active] = x
-            active, x, low, high, rising = (array[~settled] for array in (active, x, low, high, rising))
+            active, x, low, high, rising = (array[~ended] for array in (active, x, low, high, rising))
+            ended = np.zeros(len(x), dtype=bool)
     root[active] = x
     return root
 
