@@ -31,6 +31,7 @@ UNSTEADY = {
     r"\b(?<!\.)[0-9a-f]{16,64}\b": "(digest)",
     r"(\| (vireport|Python|Libraries|Command) \| ).*": r"\1(of this run)",
     r"vireport \d[\w.]*": "vireport (version)",
+    r"residual (0|\d(\.\d+)? × 10⁻¹\S)(?=,)": "residual (rounding)",
     r"\d(\.\d+)? × 10⁻1\d": "(rounding)",
     r"\d(\.\d+)? × 10⁻¹\S": "(rounding)",
 }

@@ -43,6 +43,7 @@ def hum(values: Any, size: float, rate: float = RATE) -> Any:
 def recording(rate: float = RATE, **channels: Any) -> Recording:
     """A recording of channels by their names."""
     places = {"bottom": HeardPlace.BOTTOM, "top": HeardPlace.TOP, "acceleration": HeardPlace.CAPSULE}
+    places |= {"displacement": HeardPlace.DISPLACEMENT}
     own = tuple(
         Channel(name, places.get(name.partition("_")[0], HeardPlace.EITHER), np.asarray(values, dtype=float))
         for name, values in channels.items()

@@ -57,6 +57,31 @@ def deviations(rng: np.random.Generator, coloured: bool) -> list[float]:
     return row
 
 
+def test_a_displacement_tells_the_acceleration_of_which_it_is_the_integral() -> None:
+    frequency, phase = 2.017, 1.9
+    omega = 2 * np.pi * frequency
+    x = omega * np.arange(int(RATE * SECONDS)) / RATE + phase
+    orders = ((1, 100.0, 0.0), *HARMONICS)
+    path = sum(
+        -percent / 100 * np.cos(order * x + np.radians(at)) / (order * omega) ** 2 for order, percent, at in orders
+    )
+    noise = 1e-6 * np.random.default_rng(5).standard_normal(len(x))
+    placed = recording(RATE, displacement_m=AMPLITUDE * path + noise + 0.013)
+    found = shaker_motion(placed, placed.channels[0], 2.0)
+    assert found.amplitude == pytest.approx(AMPLITUDE, abs=5 * found.amplitude_error)
+    assert 0 < found.amplitude_error < 1e-4 * AMPLITUDE
+    assert turned(np.degrees(omega * found.maximum_s + phase)) == pytest.approx(
+        0, abs=np.degrees(5 * found.phase_error)
+    )
+    for (order, percent, at), harmonic in zip(HARMONICS, found.harmonics, strict=False):
+        assert harmonic.order == order
+        assert harmonic.percent == pytest.approx(percent, abs=5 * harmonic.percent_error)
+        assert 0 < harmonic.percent_error < 0.01 * percent
+        assert turned(harmonic.phase_deg - at) == pytest.approx(0, abs=5 * harmonic.phase_error_deg)
+    assert found.offset == 0.0
+    assert list(shaker_findings(placed, found, scenario_device())) == []
+
+
 def test_it_is_what_it_was_within_its_errors() -> None:
     assert np.abs(deviations(np.random.default_rng(3), coloured=True)).max() < 4
 

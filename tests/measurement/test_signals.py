@@ -196,7 +196,7 @@ def test_the_yield_of_a_distorted_shaker_is_that_of_the_device_behind_the_record
                 "--free: amplitude_n is measured by the record's acceleration",
             ),
             (["--record", "RECORD", "--set", "excitation.frequency_hz=3"], "its strongest line is at"),
-            (["--record", "RECORD", "--set", "device.capsule=free"], "the acceleration of a free capsule"),
+            (["--record", "RECORD", "--set", "device.capsule=free"], "the motion of a free capsule"),
             (["--record", IMPACTS], "membrane: the name is no signal with a unit"),
         ],
         unpacked=True,

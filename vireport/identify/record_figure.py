@@ -13,6 +13,7 @@ from vireport.figures.curves import Floats
 from vireport.figures.layout import Entry, blank, finished, letter_of, title
 from vireport.figures.style import GUIDE, Color, Look, Picture, literal, style
 from vireport.measurement.picking import Heard, Picked, filtered
+from vireport.measurement.recordings import HeardPlace
 from vireport.measurement.shaker import ShakerMotion
 from vireport.measurement.signals import Signals
 from vireport.text.templates import Words
@@ -33,6 +34,9 @@ AROUND = 0.002, 0.006
 """Periods of the force before and after the beginning of an impact."""
 
 NAME = "figure-record"
+MOTIONS = {HeardPlace.CAPSULE: "acceleration [m/s²]", HeardPlace.DISPLACEMENT: "displacement [m]"}
+"""How the capsule's motion is written along an axis."""
+
 SIGNAL: Look = {"color": Color.GREY, "linewidth": 0.6}
 BOTTOM: Look = {"color": Color.BLUE, "marker": "o", "markersize": 3.0, "linestyle": "none"}
 TOP: Look = {"color": Color.GREEN, "marker": "^", "markersize": 3.4, "linestyle": "none"}
@@ -80,7 +84,7 @@ def figure_record(signals: Signals) -> Figure:
         title(panels[-1, 0], f"({letter_of(len(channels) + 1)}) beginnings, each over its height", 2)
         if shaker is not None:
             _shaker(panels[-1, 1], shaker)
-            title(panels[-1, 1], f"({letter_of(len(channels) + 2)}) acceleration in a period", 2)
+            title(panels[-1, 1], f"({letter_of(len(channels) + 2)}) the shaker in a period", 2)
         else:
             panels[-1, 1].set_visible(False)
         legend: list[Entry] = [("bottom", BOTTOM), ("top", TOP), ("least that is picked", WEAKEST), ("fitted", FITTED)]
@@ -150,7 +154,7 @@ def _beginnings(axes: Axes, picked: Picked, channels: list[tuple[Heard, Floats]]
 
 
 def _shaker(axes: Axes, shaker: ShakerMotion) -> None:
-    """Means of the acceleration over the force's period, with what is fitted."""
+    """Means of the capsule's acceleration or displacement over the force's period, with what is fitted."""
     every = max(1, len(shaker.phases) // 2000)
     axes.plot(
         shaker.phases[::every] / (2 * np.pi),
@@ -160,6 +164,6 @@ def _shaker(axes: Axes, shaker: ShakerMotion) -> None:
     order = np.argsort(shaker.phases)
     order = order[:: max(1, len(order) // 400)]
     axes.plot(shaker.phases[order] / (2 * np.pi), shaker.fitted[order], **FITTED)
-    axes.set(xlim=(0, 1), xlabel="phase [periods]", ylabel="acceleration [m/s²]")
+    axes.set(xlim=(0, 1), xlabel="phase [periods]", ylabel=MOTIONS[shaker.channel.place])
     low, high = shaker.fitted.min(), shaker.fitted.max()
     axes.set_ylim(low - 0.2 * (high - low), high + 0.2 * (high - low))

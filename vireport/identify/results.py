@@ -189,7 +189,7 @@ class JudgedHarmonic(MeasuredHarmonic, frozen=True, kw_only=True):
 
 
 class RecordedForce(ResultsBlock, frozen=True, kw_only=True):
-    """The force by the acceleration in a record.
+    """The force by the acceleration or displacement of the capsule in a record.
 
     Attributes
     ----------
@@ -228,7 +228,7 @@ class RecordData(ResultsBlock, frozen=True, kw_only=True):
     impacts
         number of impacts on both membranes
     excitation
-        the force; null without a channel of acceleration
+        the force; null without a channel of the capsule's motion
     findings
         what may be wrong with the record, in words
     reading

@@ -184,15 +184,17 @@ def record_lines(inspection: Inspection) -> Iterator[str]:
     clock = inspection.clock
     rows = [column for column in inspection.columns if column.least is not None]
     rows = [column for column in rows if clock is None or column.number != clock.column]
-    voltages, accelerations = (
-        [row.number for row in rows if row.title.unit in UNITS[quantity]] for quantity in ("voltage", "acceleration")
+    voltages, accelerations, displacements = (
+        [row.number for row in rows if row.title.unit in UNITS[quantity]]
+        for quantity in ("voltage", "acceleration", "displacement")
     )
     if clock is not None and clock.column is not None:
         yield f"    time_s: {_column_text(inspection, inspection.columns[clock.column - 1])}"
     names = {1: ["voltage_v"], 2: ["bottom_voltage_v", "top_voltage_v"]}.get(len(voltages), [])
     certain = dict(zip(voltages, names, strict=False))
-    if len(accelerations) == 1:
-        certain[accelerations[0]] = "acceleration_m_s2"
+    for places, signal in ((accelerations, "acceleration_m_s2"), (displacements, "displacement_m")):
+        if len(places) == 1:
+            certain[places[0]] = signal
     for row in rows:
         text = _column_text(inspection, row)
         if row.number in certain:

@@ -516,7 +516,7 @@ def _walls(beginnings: Heard) -> Array:
             return -np.ones(len(beginnings.times))
         case HeardPlace.CAPSULE:  # the ball pushes the capsule down where it strikes the bottom
             return -np.sign(beginnings.sizes)
-        case HeardPlace.EITHER:
+        case _:  # one signal of both: from a displacement no impacts are picked
             return np.sign(beginnings.sizes)
 
 

@@ -77,18 +77,20 @@ HOW = "vireport identify --inspect FILE shows what is in it, and the record: blo
 
 
 class HeardPlace(Enum):
-    """The place that a channel records: a membrane, either of them, or the capsule's acceleration."""
+    """What a channel records: a membrane, either of them, or the capsule's acceleration or displacement."""
 
     BOTTOM = "bottom"
     TOP = "top"
     EITHER = "either"
     CAPSULE = "capsule"
+    DISPLACEMENT = "displacement"
 
 
 def _names() -> Iterator[tuple[str, tuple[HeardPlace | None, float]]]:
     """Every name that a channel can have, with what it hears, None of times, and its unit in SI units."""
     of_quantity: dict[str, dict[str, HeardPlace | None]] = {
         "acceleration": {"": HeardPlace.CAPSULE},
+        "displacement": {"": HeardPlace.DISPLACEMENT},
         "time": {"": None},
     }
     of_membranes: dict[str, HeardPlace | None] = {

@@ -12,11 +12,12 @@ from math import atan2, degrees, hypot, pi, sin, sqrt
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
 from vireport.base.records import ResultsBlock, brief
 from vireport.measurement.flights import Array, Mask
-from vireport.measurement.recordings import Channel, Recording
+from vireport.measurement.recordings import Channel, HeardPlace, Recording
 from vireport.physics.device import Device
 
 ORDERS = 8
@@ -140,7 +141,7 @@ class MeasuredHarmonic(ResultsBlock, frozen=True):
 
 
 class ShakerMotion(Struct, frozen=True, eq=False):
-    """The capsule's acceleration, A cos x and harmonics, with standard errors.
+    """The capsule's acceleration, A cos x and harmonics, with standard errors; fitted to it or to a displacement.
 
     Attributes
     ----------
@@ -157,11 +158,11 @@ class ShakerMotion(Struct, frozen=True, eq=False):
     offset : float
         Constant part [m/s^2].
     noise : float
-        Standard deviation of what is left of the means [m/s^2].
+        Standard deviation of what is left of the means [m/s^2]; of a displacement, times the square of the frequency.
     left_out : float
         Share of them that stand out.
     phases, means : Array (k,)
-        x of the means and their values, for a picture.
+        x of the means and their values in the unit of the channel, for a picture.
     fitted : Array (k,)
         What is fitted there.
     """
@@ -199,13 +200,13 @@ class ShakerMotion(Struct, frozen=True, eq=False):
 
 
 def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -> ShakerMotion:
-    """The acceleration of a channel as a sine with harmonics.
+    """The acceleration of the capsule as a sine with harmonics, by a channel of it or of the displacement.
 
     Parameters
     ----------
     recording : Recording
     channel : Channel
-        Of the capsule's acceleration, positive towards the top [m/s^2].
+        Of the capsule's acceleration [m/s^2] or displacement [m], positive towards the top.
     frequency_hz : float
         That is expected.
 
@@ -260,7 +261,8 @@ def shaker_motion(recording: Recording, channel: Channel, frequency_hz: float) -
     spread = np.repeat(np.sqrt(noise), 2)
     deviations = np.concatenate([[spread[0]], spread, [spread[0]]])
     covariance = inverse * np.outer(deviations, deviations)
-    return _motion(channel, means, middle, _Fit(coefficients, covariance, omega, used, left[used], design))
+    motion = _motion(channel, means, middle, _Fit(coefficients, covariance, omega, used, left[used], design))
+    return _accelerated(motion) if channel.place is HeardPlace.DISPLACEMENT else motion
 
 
 class _Means(Struct, frozen=True, eq=False):
@@ -443,6 +445,35 @@ def _motion(channel: Channel, means: _Means, middle: float, fit: _Fit) -> Shaker
     )
 
 
+def _accelerated(path: ShakerMotion) -> ShakerMotion:
+    """The acceleration of a capsule of which the displacement was fitted: that of order j times -(j omega)^2.
+
+    It is largest where the displacement is least, half a period later. There the phase of order j, which turns j times
+    as fast, is less by j - 1 half turns.
+    """
+    omega = 2 * pi * path.frequency_hz
+    error = hypot(path.amplitude_error, 2 * path.amplitude * path.frequency_error_hz / path.frequency_hz)
+    harmonics = (
+        replace(
+            harmonic,
+            percent=harmonic.order**2 * harmonic.percent,
+            percent_error=harmonic.order**2 * harmonic.percent_error,
+            phase_deg=(harmonic.phase_deg - 180.0 * (harmonic.order - 1)) % 360,
+        )
+        for harmonic in path.harmonics
+    )
+    return replace(
+        path,
+        amplitude=omega**2 * path.amplitude,
+        amplitude_error=omega**2 * error,
+        maximum_s=path.maximum_s + 0.5 / path.frequency_hz,
+        harmonics=tuple(harmonics),
+        offset=0.0,
+        noise=omega**2 * path.noise,
+        phases=(path.phases + pi) % (2 * pi),
+    )
+
+
 def shaker_findings(recording: Recording, shaker: ShakerMotion, device: Device) -> tuple[ShakerFinding, ...]:
     """Possible faults of a recorded acceleration, by comparison with the force of a scenario.
 
@@ -454,7 +485,8 @@ def shaker_findings(recording: Recording, shaker: ShakerMotion, device: Device) 
     device : Device
         Of the scenario.
     """
-    return (*_of_unit(shaker, device), *_lone(recording, shaker), *_clipping(shaker))
+    lone = _lone(recording, shaker) if shaker.channel.place is HeardPlace.CAPSULE else ()
+    return (*_of_unit(shaker, device), *lone, *_clipping(shaker))
 
 
 def _of_unit(shaker: ShakerMotion, device: Device) -> Iterator[ShakerFinding]:

@@ -32,7 +32,7 @@ class Signals(Struct, frozen=True, eq=False):
     ----------
     picked : Picked
     shaker : ShakerMotion or None
-        None where the acceleration was not recorded.
+        None where neither acceleration nor displacement was recorded.
     doubts : tuple of ShakerFinding
         Possible faults of the acceleration, by comparison with the scenario.
     """
@@ -86,7 +86,7 @@ def read_signals(
 
 
 def shaker_of(recording: Recording, device: Device, say: Progress = lambda what: None) -> ShakerMotion | None:
-    """Fit the shaker's motion to the capsule's acceleration in a recording; None where that was not recorded.
+    """Fit the shaker's motion to the capsule's acceleration or else displacement in a recording; None without either.
 
     Parameters
     ----------
@@ -102,11 +102,11 @@ def shaker_of(recording: Recording, device: Device, say: Progress = lambda what:
         If the capsule is free, or the sensor points the other way, or as `shaker_motion`.
     """
     shaker = None
-    for channel in recording.of(HeardPlace.CAPSULE):
+    for channel in (recording.of(HeardPlace.CAPSULE) or recording.of(HeardPlace.DISPLACEMENT))[:1]:
         say("fitting the shaker's motion")
         if device.recoils:
             raise UsageError(
-                f"{recording.name}: the acceleration of a free capsule is not that of its force (allowed: "
+                f"{recording.name}: the motion of a free capsule is not that of its force (allowed: "
                 "device.capsule: prescribed; or the record without this signal)"
             )
         shaker = shaker_motion(recording, channel, float(device.frequency_hz))

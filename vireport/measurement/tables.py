@@ -23,6 +23,7 @@ UNITS: Mapping[str, Mapping[RecordedUnit, float]] = {
     "voltage": {RecordedUnit.KV: 1e3, RecordedUnit.V: 1.0, RecordedUnit.MV: 1e-3, RecordedUnit.UV: 1e-6},
     "sound": {RecordedUnit.PA: 1.0, RecordedUnit.V: 1.0, RecordedUnit.MV: 1e-3, RecordedUnit.FS: 1.0},
     "acceleration": {RecordedUnit.M_S2: 1.0, RecordedUnit.G: 9.80665, RecordedUnit.MM_S2: 1e-3},
+    "displacement": {RecordedUnit.M: 1.0, RecordedUnit.MM: 1e-3, RecordedUnit.UM: 1e-6},
     "time": {RecordedUnit.S: 1.0, RecordedUnit.MS: 1e-3, RecordedUnit.US: 1e-6, RecordedUnit.NS: 1e-9},
 }
 """Of each quantity its units, in SI units; FS is the full scale of a sound card."""

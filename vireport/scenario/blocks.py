@@ -674,6 +674,7 @@ class RecordedUnit(StrEnum):
     KV, V, MV, UV = "kV", "V", "mV", "uV"
     PA, FS = "Pa", "FS"
     M_S2, MM_S2, G = "m/s2", "mm/s2", "g"
+    M, MM, UM = "m", "mm", "um"
 
 
 class RecordedSign(IntEnum):
@@ -748,6 +749,7 @@ class ColumnsBlock(Block):
     top_sound_pa: WhenGiven[ColumnBlock] | None = _column("the microphone at the top membrane")
     sound_pa: WhenGiven[ColumnBlock] | None = _column("one microphone, first positive at the bottom")
     acceleration_m_s2: WhenGiven[ColumnBlock] | None = _column("the capsule's acceleration, positive to the top")
+    displacement_m: WhenGiven[ColumnBlock] | None = _column("the capsule's displacement, positive to the top")
     membrane: WhenGiven[ColumnBlock] | None = _column("bottom or top, in a file of impacts")
 
 

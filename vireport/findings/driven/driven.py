@@ -197,7 +197,7 @@ def driven_by(
     # A report names the record as its scenario does, and not by where the scenario was.
     recording = replace(read_recording(record, place, keys), name=visible(record))
     shaker = shaker_of(recording, device, say)
-    if shaker is None:
+    if shaker is None or shaker.channel.place is not HeardPlace.CAPSULE:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")
     rate = TURN * shaker.frequency_hz
     gaps = [(after.start_s - float(recording.times[after.first - 1])) * rate for after in recording.stretches[1:]]
