@@ -80,7 +80,7 @@ def test_the_page_has_every_element_that_is_drawn_and_its_text(drawn) -> None:
     assert len(drawings) == len(report.pictures)
     assert drawn_in_page.keys() == report.pictures.keys()
     for name, picture in report.pictures.items():
-        assert len(elements(picture.inline)) > 40
+        assert len(elements(picture.inline)) > 30
         assert elements(drawn_in_page[name]) == elements(picture.inline)
 
 

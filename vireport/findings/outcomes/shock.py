@@ -422,7 +422,11 @@ class _Search:
             delays, sign = np.full(len(beyond), near.delay), float(np.sign(jump))
             out = np.flatnonzero(self.leads_out(near.impact, delays, sign * beyond))
             if len(out):
-                nearest = min(float(beyond[out[0]]), abs(near.jump), key=lambda size: abs(size - abs(jump)))
+                sizes = [float(beyond[out[0]])]
+                # Nearer than that to the manifold rounding decides whether a shock leads out.
+                if abs(abs(near.jump) - abs(jump)) > JUST_BEYOND[0] * abs(jump):
+                    sizes.append(abs(near.jump))
+                nearest = min(sizes, key=lambda size: abs(size - abs(jump)))
                 return near._replace(jump=sign * nearest), near._replace(jump=jump), companion
         return near, None, None
 
