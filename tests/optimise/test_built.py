@@ -152,7 +152,7 @@ def test_a_design_that_starts_by_chance_is_not_taken() -> None:
     assert not point.repeats
     assert not point.meets_requirements()
     assert built_design(problem, point) is None
-    steady = judged_design(problem, np.array([1.15 - 0.2, (2.02 - 1.0) / 3]))
+    steady = judged_design(problem, np.array([1.13 - 0.2, (2.02 - 1.0) / 3]))
     assert steady.meets_requirements()
 
 
