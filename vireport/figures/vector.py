@@ -25,7 +25,6 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from vireport.base.files import WRITTEN_BY
-from vireport.figures.ticks import ticks_at_once
 
 PER_INCH = 72
 """Points, in which figures are laid out and drawn."""
@@ -182,8 +181,7 @@ def drawing(figure: Figure, recorded: bool = True) -> Drawn:
     file, dpi = StringIO(), figure.dpi
     figure.dpi = PER_INCH  # as it was laid out, so that nothing moves
     renderer: Any = _Drawing(*figure.bbox.size, file, dpi, recorded)
-    with ticks_at_once(figure):
-        figure.draw(renderer)
+    figure.draw(renderer)
     renderer.finalize()
     figure.dpi = dpi
     # The head that is cut off declares the prefix, which HTML does not know either.
