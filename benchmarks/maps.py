@@ -75,9 +75,10 @@ class Watch(threading.Thread):
         self.peak, self.done = 0, threading.Event()
 
     def run(self) -> None:
-        """Sample until told to stop."""
-        while not self.done.wait(0.3):
-            memory = 0
+        """Sample until told to stop, and then once more: a small map is done before the first sample."""
+        stopped = False
+        while not stopped:
+            stopped, memory = self.done.wait(0.05), 0
             for pid in family(os.getpid()):
                 try:
                     memory += resident(pid)
