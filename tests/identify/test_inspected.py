@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from vireport.cli.app import main
-from vireport.identify.inspected import drawn_rows
+from vireport.identify.record_figure import drawn_rows
 from vireport.measurement.inspection import inspect, record_lines
 from vireport.measurement.recordings import read_recording
 from vireport.scenario.blocks import LayoutBlock
@@ -98,7 +98,8 @@ def test_a_scenario_says_how_a_text_is_marked(tmp_path: Path, capsys) -> None:
 def test_the_least_and_the_largest_value_of_a_long_signal_are_drawn() -> None:
     values = np.zeros(100_000)
     values[[31_415, 92_653]], values[5] = (7.0, -8.0), np.nan
-    rows = drawn_rows(values)
+    finite = np.flatnonzero(np.isfinite(values))
+    rows = drawn_rows(values, finite)
     assert len(rows) == 3000
     assert {31_415, 92_653} <= set(rows.tolist())
-    assert 5 not in drawn_rows(values[:100])
+    assert 5 not in drawn_rows(values, finite[:100])

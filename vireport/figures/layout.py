@@ -19,6 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from matplotlib.markers import TICKDOWN
 from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.transforms import Affine2DBase, ScaledTranslation
 from msgspec import Struct
@@ -27,7 +28,7 @@ from vireport.figures.curves import Floats
 from vireport.figures.labels import Label, write_labels
 from vireport.figures.placing import LINE, place_panels
 from vireport.figures.style import DPI, Color, Look, NotebookFigure, sheet
-from vireport.figures.ticks import MARKS, set_ticks
+from vireport.figures.ticks import set_ticks
 from vireport.figures.vector import PER_INCH, LayoutCanvas, text_size
 from vireport.motions.sweep import Sweep
 from vireport.scenario.parameters import Parameter
@@ -248,8 +249,9 @@ def write_along_top(axes: Axes, places: Sequence[float] | Floats, texts: Sequenc
     They are marks and texts of the panel: an axis of Matplotlib takes as long as a panel.
     """
     settings: Mapping[Any, Any] = matplotlib.rcParams
-    look = {"markersize": settings["xtick.major.size"], "markeredgewidth": settings["xtick.major.width"]}
-    marks = Line2D(places, np.ones(len(texts)), marker=MARKS["x"]["top"], linestyle="none", color=Color.BLACK, **look)
+    look: Look = {"marker": TICKDOWN, "linestyle": "none", "color": Color.BLACK}
+    look |= {"markersize": settings["xtick.major.size"], "markeredgewidth": settings["xtick.major.width"]}
+    marks = Line2D(places, np.ones(len(texts)), **look)
     marks.set(transform=axes.get_xaxis_transform(), zorder=EDGE_ORDER)
     axes.add_artist(marks)
     pad, rise = settings["xtick.major.pad"], settings["axes.labelpad"]

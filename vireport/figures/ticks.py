@@ -7,7 +7,6 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.markers import TICKDOWN, TICKLEFT, TICKRIGHT, TICKUP
 from matplotlib.ticker import FixedFormatter, FixedLocator
 from msgspec import Struct
 
@@ -16,19 +15,12 @@ from vireport.figures.curves import Floats
 ON_FRAME = 1e-6
 """Distance from the end of an axis up to which a tick is drawn [px]."""
 
-MARKS: dict[str, dict[str, Any]] = {
-    "x": {"bottom": TICKUP, "top": TICKDOWN},
-    "y": {"left": TICKRIGHT, "right": TICKLEFT},
-}
-"""Marks that lie inside the panel, by the side where they are; the usual side of an axis comes first."""
-
 
 class Ticks(Struct, frozen=True, eq=False):
     """The ticks of an axis that lie on the frame of its panel.
 
     Attributes
     ----------
-    values : ndarray of shape (k,)
     places : ndarray of shape (k,)
         Distances from the beginning of the axis [px].
     texts : list of str
@@ -41,7 +33,6 @@ class Ticks(Struct, frozen=True, eq=False):
         Between the frame and the labels [pt].
     """
 
-    values: Floats
     places: Floats
     texts: list[str]
     length: float
@@ -67,4 +58,4 @@ def ticks_of(axis: Any) -> Ticks:
     texts = np.array(axis.get_major_formatter().format_ticks(values), dtype=object)
     size = axis.get_tick_params().get("labelsize", settings[f"{name}tick.labelsize"])
     pad = settings[f"{name}tick.major.pad"] + axis.get_tick_padding()
-    return Ticks(values[on_frame], places[on_frame], texts[on_frame].tolist(), length, size, pad)
+    return Ticks(places[on_frame], texts[on_frame].tolist(), length, size, pad)

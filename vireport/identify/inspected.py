@@ -29,8 +29,8 @@ WORDS = Words("identify")
 LONGEST_NAME = 40
 """Characters of a column's name in a table."""
 
-MOST_DRAWN, BINS, HEIGHT = 8, 1500, 1.1
-"""Columns that are drawn, places at which the least and the largest value of one are, and height of a panel [in]."""
+MOST_DRAWN, HEIGHT = 8, 1.1
+"""Columns that are drawn, and height of a panel [in]."""
 
 
 def outcome(file: str, keys: LayoutBlock | None, json: bool) -> CommandOutcome:
@@ -81,6 +81,7 @@ def figure_of(inspection: Inspection) -> Figure:
     """Each column of a file that has numbers, against time or the number of the sample."""
     from vireport.figures.layout import blank, finished, title
     from vireport.figures.style import Color, literal, style
+    from vireport.identify.record_figure import drawn_rows
 
     clock, times = inspection.clock, inspection.times
     drawn = [c for c in inspection.columns if c.least is not None and (clock is None or c.number != clock.column)]
@@ -89,7 +90,7 @@ def figure_of(inspection: Inspection) -> Figure:
         figure, panels = blank(len(drawn), 1)
         for axes, column in zip(panels[:, 0], drawn, strict=True):
             values = inspection.table.columns.get(column.number - 1, np.empty(0))
-            rows = drawn_rows(values)
+            rows = drawn_rows(values, np.flatnonzero(np.isfinite(values)))
             gaps = () if clock is None else clock.gaps
             at = np.searchsorted(times[rows], gaps)  # where samples are missing there is no line
             along, height = np.insert(times[rows], at, gaps), np.insert(values[rows], at, np.nan)
@@ -98,12 +99,3 @@ def figure_of(inspection: Inspection) -> Figure:
             title(axes, literal(f"{column.number}: {visible(column.title.name, LONGEST_NAME)}{unit}"))
         panels[-1, 0].set_xlabel("sample" if clock is None else "time [s]")
         return finished(figure, HEIGHT * len(drawn) + 0.4, [], [])
-
-
-def drawn_rows(values: np.ndarray) -> np.ndarray:
-    """The rows of the least and the largest value at each of so many places that no line between them is missed."""
-    rows = np.flatnonzero(np.isfinite(values))
-    if len(rows) <= 2 * BINS:
-        return rows
-    parts = np.array_split(rows, BINS)
-    return np.array([k for part in parts for k in sorted((part[values[part].argmin()], part[values[part].argmax()]))])

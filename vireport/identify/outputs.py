@@ -316,9 +316,8 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
             if item.significant
         ]
     data["tolerances"] = tolerances if "tolerances" not in keys_left_out(Scenario) else None
-    data["measured"] = data["record"] = data["excitation"]["record"] = (
-        None  # what was there is of another record, in another folder
-    )
+    # What was there is of another record, in another folder.
+    data["measured"] = data["record"] = data["excitation"]["record"] = None
     text = as_yaml(data)
     loads(text, "identified.yaml")
     return text

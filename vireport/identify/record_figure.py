@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from vireport.figures.curves import Floats
 from vireport.figures.layout import Entry, blank, finished, letter_of, title
 from vireport.figures.style import GUIDE, Color, Look, Picture, literal, style
+from vireport.measurement.flights import Indices
 from vireport.measurement.picking import Heard, Picked, filtered
 from vireport.measurement.recordings import HeardPlace
 from vireport.measurement.shaker import ShakerMotion
@@ -110,12 +111,7 @@ def _stretch(axes: Axes, picked: Picked, heard: Heard, signal: Floats, period: f
         last = min(int(recording.row_of(stretch, end)), stretch.last)
         if last - first < 2:
             continue
-        rows = np.arange(first, last)
-        if len(rows) > 2 * BINS:
-            parts = np.array_split(rows, BINS)
-            rows = np.array(
-                [k for part in parts for k in sorted((part[signal[part].argmin()], part[signal[part].argmax()]))]
-            )
+        rows = drawn_rows(signal, np.arange(first, last))
         axes.plot(recording.times_of(stretch, rows), signal[rows], **SIGNAL)
     for side in (-1, 1):
         axes.axhline(side * heard.least, **WEAKEST)
@@ -126,6 +122,14 @@ def _stretch(axes: Axes, picked: Picked, heard: Heard, signal: Floats, period: f
         axes.plot(picked.times[from_here], sizes, **look)
     axes.set_xlim(start, end)
     axes.set_xlabel("time [s]")
+
+
+def drawn_rows(values: Floats, rows: Indices) -> Indices:
+    """Of many rows those of the least and the largest value at each of `BINS` places, so that no peak is missed."""
+    if len(rows) <= 2 * BINS:
+        return rows
+    parts = np.array_split(rows, BINS)
+    return np.array([k for part in parts for k in sorted((part[values[part].argmin()], part[values[part].argmax()]))])
 
 
 def _raster(axes: Axes, picked: Picked, shaker: ShakerMotion | None, period: float) -> None:

@@ -14,8 +14,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.measurement.matlab import NOTHING, budget_of, library_read, table_of_vectors
 from vireport.measurement.tables import RecordedTable, Title, Wanted
+from vireport.measurement.vectors import NOTHING, budget_of, library_read, table_of_vectors, too_large
 from vireport.scenario.blocks import LayoutBlock
 
 OF_TIMES = 17
@@ -135,7 +135,7 @@ def read_parquet(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> R
 
         def stored(places: Sequence[int]) -> Mapping[int, Any]:
             if 8 * count * len(places) > budget_of(data):
-                raise UsageError(f"{name}: it unfolds to more than signals that were recorded (allowed: a record)")
+                raise too_large(name)
             columns = {k: file.read(columns=[schema.names[k]]).column(0) for k in places}
             return {k: column.to_numpy(zero_copy_only=False) for k, column in columns.items()}
 
@@ -156,7 +156,7 @@ def read_npz(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Recor
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             rows = [row for row in archive.infolist() if row.filename.endswith(".npy")]
             if sum(row.file_size for row in rows) > budget_of(data):
-                raise UsageError(f"{name}: it unfolds to more than signals that were recorded (allowed: a record)")
+                raise too_large(name)
 
             def array(row: zipfile.ZipInfo) -> Any:
                 with archive.open(row) as file:

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import io
 import struct
-import warnings
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from math import prod
 from typing import Any
@@ -18,20 +17,16 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from vireport.base.errors import UsageError, VireportError
-from vireport.measurement.tables import LARGEST_FILE_OF_SIGNALS, RecordedTable, Title, Wanted
+from vireport.base.errors import UsageError
+from vireport.measurement.tables import RecordedTable, Title, Wanted
+from vireport.measurement.vectors import NOTHING, budget_of, library_read, table_of_vectors, too_large
 from vireport.scenario.blocks import LayoutBlock
-from vireport.text.foreign import visible
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 """With which a file of that format begins."""
 
 NUMERIC = "double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 """What MATLAB calls arrays of real numbers, which complex ones are as well: these differ by their type."""
-
-LEAST_BUDGET, MOST_UNFOLDED = 100_000_000, 100
-"""Bytes that any file may unfold to, and how many times its size if that is more. Recorded signals are packed to a
-tenth at best, a channel without one to a thousandth."""
 
 ORDER_AT, FIRST_AT, TAG = 126, 128, 8
 """Where a file up to version 7 tells the order of its bytes, where its first variable begins, and bytes of its tag."""
@@ -45,12 +40,6 @@ FILTERS = {ZLIB, 2, 3}
 
 LONGEST_CLASS = 64
 """Bytes of the name of a class."""
-
-RATE = "sampling_rate_hz"
-"""Name of the number of samples in a second, among vectors."""
-
-Stored = Callable[[Sequence[int]], Mapping[int, Any]]
-"""From places of variables to their arrays; empty ones stand for what holds no real numbers."""
 
 
 def read_matlab(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> RecordedTable:
@@ -115,9 +104,6 @@ def read_hdf5(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> Reco
     return library_read(name, "a MATLAB file" if of_matlab else "an HDF5 file", read)
 
 
-NOTHING = np.empty(0, dtype=object)
-"""Stands for what holds no real numbers."""
-
 MOST_VARIABLES, DEEPEST = 1000, 5
 """Datasets of a file, and groups that they are in, up to which they are looked at."""
 
@@ -168,64 +154,6 @@ def _variable(name: str, file: Any, path: str, of_matlab: bool) -> Any:
     return stored if is_vector and (not of_matlab or _is_numeric(stored)) else None
 
 
-def budget_of(data: bytes) -> int:
-    """Bytes that a file may unfold to."""
-    return min(LARGEST_FILE_OF_SIGNALS, max(LEAST_BUDGET, MOST_UNFOLDED * len(data)))
-
-
-def library_read(name: str, kind: str, read: Callable[[], RecordedTable]) -> RecordedTable:
-    """Read by a library, which may raise anything of bytes that are no file of its kind.
-
-    Raises
-    ------
-    UsageError
-    """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return read()
-    except VireportError:
-        raise
-    except Exception as error:
-        raise UsageError(f"{name} cannot be read as {kind}: {visible(str(error), 200)}") from error
-
-
-def table_of_vectors(name: str, kind: str, titles: list[Title], stored: Stored, wanted: Wanted) -> RecordedTable:
-    """A table of named vectors of one length, among which a number of the name `RATE` is its rate.
-
-    Raises
-    ------
-    UsageError
-        If what is wanted is no vector of real numbers, or not as long as the others.
-    """
-    if not titles:
-        raise UsageError(f"{name}: the file has no variables (allowed: vectors named as columns)")
-    signals = [k for k, title in enumerate(titles) if title.name != RATE]
-    places = [signals[k] for k in wanted([titles[k] for k in signals])]
-    of_rate = [k for k, title in enumerate(titles) if title.name == RATE]
-    arrays, columns = stored([*places, *of_rate]), {}
-    for k in places:
-        values = arrays[k]
-        if values.dtype.kind not in "fiu" or values.size != max(values.shape, default=0):
-            raise UsageError(f"{name}: {titles[k].name}: is no vector of real numbers (allowed: one)")
-        columns[signals.index(k)] = np.asarray(values, dtype=float).ravel()
-    if len(lengths := {len(column) for column in columns.values()}) > 1:
-        raise UsageError(f"{name}: vectors of {min(lengths)} to {max(lengths)} samples (allowed: all of one length)")
-    step = 0.0
-    for k in of_rate:
-        rate = arrays[k]
-        if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < (hertz := float(rate.ravel()[0])) < np.inf:
-            raise UsageError(f"{name}: {RATE}: is no positive number (allowed: samples in a second)")
-        step = 1 / hertz
-    return RecordedTable(kind, tuple(titles[k] for k in signals), columns, step)
-
-
-def _too_large(name: str) -> UsageError:
-    """The error about a file that unfolds to more than its budget."""
-    allowed = f"(allowed: up to {MOST_UNFOLDED} times its size, or {LEAST_BUDGET // 10**6} MB)"
-    return UsageError(f"{name}: it unfolds to more than signals that were recorded {allowed}")
-
-
 def _unpacked(name: str, data: bytes, budget: int) -> bytes:
     """A file up to version 7 with its packed variables unpacked; one of version 4 has none."""
     order = {b"IM": "<", b"MI": ">"}.get(data[ORDER_AT:FIRST_AT])
@@ -243,7 +171,7 @@ def _unpacked(name: str, data: bytes, budget: int) -> bytes:
                 raise UsageError(f"{name}: the file is cut off (allowed: one that is complete)")
         left -= len(packed)
         if left < 0:
-            raise _too_large(name)
+            raise too_large(name)
         parts.append(packed)
         place = end
     return b"".join(parts)
@@ -280,7 +208,7 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
         if stored.id.get_storage_size() != size * count or size * count > len(data):
             raise unwritten
         if taken > budget:
-            raise _too_large(name)
+            raise too_large(name)
         return taken
     kinds = [creation.get_filter(k)[0] for k in range(creation.get_nfilters())]
     if not FILTERS.issuperset(kinds):
@@ -290,7 +218,7 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
     chunk_bytes = size * prod(chunk)
     # A chunk is read as a whole, however little of it is used.
     if (taken := max(taken, parts * chunk_bytes)) > budget:
-        raise _too_large(name)
+        raise too_large(name)
     chunks: list[Any] = []
     stored.id.chunk_iter(chunks.append)
     if len(chunks) != parts:
@@ -302,5 +230,5 @@ def _unfolded(name: str, stored: Any, data: bytes, budget: int) -> int:
             raise unwritten
         _, raw = stored.id.read_direct_chunk(piece.chunk_offset)
         if len(zlib.decompressobj().decompress(raw, chunk_bytes + 1)) > chunk_bytes:
-            raise _too_large(name)
+            raise too_large(name)
     return taken

@@ -101,16 +101,18 @@ def shaker_of(recording: Recording, device: Device, say: Progress = lambda what:
     UsageError
         If the capsule is free, or the sensor points the other way, or as `shaker_motion`.
     """
-    shaker = None
-    for channel in (recording.of(HeardPlace.CAPSULE) or recording.of(HeardPlace.DISPLACEMENT))[:1]:
-        say("fitting the shaker's motion")
-        if device.recoils:
-            raise UsageError(
-                f"{recording.name}: the motion of a free capsule is not that of its force (allowed: "
-                "device.capsule: prescribed; or the record without this signal)"
-            )
-        shaker = shaker_motion(recording, channel, float(device.frequency_hz))
-        _require_upright(f"{recording.name}: {channel.name}", shaker, device)
+    channels = recording.of(HeardPlace.CAPSULE) or recording.of(HeardPlace.DISPLACEMENT)
+    if not channels:
+        return None
+    say("fitting the shaker's motion")
+    if device.recoils:
+        raise UsageError(
+            f"{recording.name}: the motion of a free capsule is not that of its force (allowed: "
+            "device.capsule: prescribed; or the record without this signal)"
+        )
+    (channel,) = channels
+    shaker = shaker_motion(recording, channel, float(device.frequency_hz))
+    _require_upright(f"{recording.name}: {channel.name}", shaker, device)
     return shaker
 
 
