@@ -20,9 +20,6 @@ from vireport.text.foreign import visible
 LONGEST_PLATEAU = 3
 """Samples at the least or the largest value, one after the other, from which a signal is clipped there."""
 
-MOST_PLACES = 3
-"""Places of a fault that are named."""
-
 
 class InspectedColumn(Struct, frozen=True):
     """A column of a file.
