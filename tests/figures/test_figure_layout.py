@@ -32,6 +32,8 @@ def test_round_ticks() -> None:
     assert round_ticks(0.26, 0.75, 6.0) == ([0.3, 0.4, 0.5, 0.6, 0.7], ["0.3", "0.4", "0.5", "0.6", "0.7"])
     assert round_ticks(-0.07, 1.0, 6.0)[1] == ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]
     assert len(round_ticks(0.26, 0.75, 1.0)[0]) < 5
+    # Three ticks have no room, and the middle one alone would not tell how long the axis is.
+    assert round_ticks(-0.166, 0.166, 1.21) == ([-0.1, 0.1], ["−0.1", "0.1"])
     values, texts = round_ticks(0.4604176, 0.46042424, 4.0)
     assert len(set(texts)) == len(texts) >= 3
     assert [float(text) for text in texts] == pytest.approx(values, rel=1e-12)

@@ -6,10 +6,12 @@ import json
 from pathlib import Path
 
 import pytest
+from figure_cases import assert_readable
+from matplotlib.text import Text
 from pages import lines_of, read_back, render_html
 
 from vireport.cli.app import main
-from vireport.figures.style import Picture
+from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.paper.figures import paper_pictures
 from vireport.paper.opening import paper_opening
 from vireport.paper.outputs import paper_provenance
@@ -65,6 +67,17 @@ def test_the_simulation_comes_to_the_solved_motions_from_the_printed_values(pape
     speeds = abs(horizontal.attractor.cycle.velocity)
     assert horizontal.attractor.cycle.flight[0] != pytest.approx(horizontal.attractor.cycle.flight[1], rel=0.05)
     assert speeds[0] == pytest.approx(speeds[1], rel=1e-9)  # equally fast, as in every motion without gravity
+
+
+def test_the_figures_are_readable_in_a_column(paper: ReproducedPaper) -> None:
+    """Names of curves that have no room are left out; those of critical points stay."""
+    with drawn_for(Sheet.of(86)):
+        column = {picture.name: picture.figure for picture in paper_pictures(paper)}
+    for figure in column.values():
+        assert_readable(figure)
+    texts = {text.get_text() for text in column["figure-4"].findobj(Text)}
+    assert {"A1", "B1", "C1", "G1", "G2"} <= texts
+    assert not [text for text in texts if text.startswith(("symmetric", "asymmetric"))]
 
 
 def test_the_figures_have_the_papers_panels(drawn: dict[str, Picture]) -> None:

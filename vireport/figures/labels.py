@@ -51,7 +51,8 @@ OFF_PANEL = 1e6
 class Label(Struct, frozen=True, eq=False):
     """A text and the points in data coordinates that it may stand at, the preferred one first.
 
-    `link` is the anchor of an HTML page that it leads to.
+    `link` is the anchor of an HTML page that it leads to. One that is `spare` is left out where it has room nowhere on
+    the panel, or only on another label.
     """
 
     text: str
@@ -60,6 +61,7 @@ class Label(Struct, frozen=True, eq=False):
     size: float = field(default_factory=lambda: sheet().text)
     color: str = Color.BLACK
     link: str | None = None
+    spare: bool = False
 
 
 def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
@@ -178,6 +180,8 @@ def _write(panel: _Panel, label: Label, anchors: Floats, others: Floats) -> None
     past_own = ON_LABEL * (distances[rows] > to_own + CLEARANCE)  # a leader that goes past another of its points
     cost[rows] += panel.crossed(anchors[order[rows]], centres[rows]) + past_own
     best = int(np.argmin(cost))
+    if label.spare and cost[best] >= ON_LABEL:
+        return
     anchor, centre = anchors[order[best]], centres[best]
     panel.take(centre - half, centre + half)
     if far[best] >= LEADER_FROM:

@@ -327,6 +327,10 @@ def round_ticks(
         if fit(values, texts := tick_labels(values)):
             choices.append((values, texts))
             break
+    else:  # the locator sets two ticks at least, however near
+        while len(values) > 1 and not fit(values, tick_labels(values)):
+            values = values[::2]
+        choices.append((values, tick_labels(values)))
     # Where the axis crowds one end of the range, even steps leave the other end without ticks.
     if place and high > SEVERAL_DECADES * low > 0:
         values = []

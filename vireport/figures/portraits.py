@@ -28,6 +28,7 @@ from vireport.figures.layout import (
 )
 from vireport.figures.style import (
     GUIDE,
+    WIDTH,
     Color,
     Look,
     Picture,
@@ -81,7 +82,7 @@ WORDS_FROM = 1.6
 """Height of a row from which the labels at its side have words [in]."""
 
 LEFT, RIGHT = 2.4, 2.9
-"""Widths of figure 3's panels [in]."""
+"""Widths of figure 3's panels in a report [in]."""
 
 TIME = "time t [forcing periods]"
 
@@ -260,7 +261,7 @@ def _head(held: str) -> list[tuple[str, str]]:
 def _phase_portrait(axes: Axes, portrait: Portrait) -> None:
     z, v, half = portrait.position, portrait.velocity, portrait.d / 2
     axes.set_xlim(*widened(-half, half, 0.09))
-    set_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), LEFT))
+    set_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), _on_sheet(LEFT)))
     for wall in (-half, half):
         axes.axvline(wall, **WALL)
     axes.axhline(0.0, **GUIDE)
@@ -380,7 +381,12 @@ def measured_times(portrait: Portrait, impacts: DrawnImpacts) -> tuple[Floats, S
 def _time_axis(axes: Axes, portrait: Portrait, width: float) -> None:
     end = float(periods(portrait.time[-1])) if moves(portrait) else 2.0
     axes.set_xlim(*widened(0.0, end, 0.02))
-    set_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), width))
+    set_ticks(axes.xaxis, *round_ticks(*axes.get_xlim(), _on_sheet(width)))
+
+
+def _on_sheet(width: float) -> float:
+    """Width of a panel on the sheet, from that in a report [in]."""
+    return width * sheet().width / WIDTH
 
 
 def _lines(axes: Axes, parts: Sequence[DrawnCurve], look: Look) -> None:

@@ -412,7 +412,9 @@ def _branch_labels(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[La
     above = {name for other in rows[: rows.index(row)] for name in _branch_curves(other, drawing)}
     labelled = ((name, curve) for name, curve in _branch_curves(row, drawing).items() if name not in above)
     some = ((name, x, y, max(len(x) // NAMED_AT, 1)) for name, (x, y) in labelled)
-    return [Label(name, x[::step], y[::step], size=sheet().small, color=Color.GREY) for name, x, y, step in some]
+    return [
+        Label(name, x[::step], y[::step], size=sheet().small, color=Color.GREY, spare=True) for name, x, y, step in some
+    ]
 
 
 def _named(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[DrawnPoint]:
