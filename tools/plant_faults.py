@@ -4,11 +4,11 @@
 
 All quick tests run once without a fault, and what each calls is noted. Of each fault those run first that call the
 function, or the macro, in which it is planted, the quickest first; of what survives them, the tests that read pages
-back, the quick ones and then the slow ones, and at last the quick tests of the files that those before stand in; with
---whole, all quick tests of what is left. To note the calls takes as long as some hundred faults; the FILE of --calls
-keeps them for the next run. With --check no test runs: it tells only which faults have no place, or several, in their
-file. Nothing in the working tree is changed, but for `benchmarks/results/faults.json` with --record: the counts for
-docs/accuracy.md.
+back, the quick tests of the files that those before stand in, and at last the slow ones of pages and of the package;
+with --whole, all quick tests of what is left. To note the calls takes as long as some hundred faults; the FILE of
+--calls keeps them for the next run. With --check no test runs: it tells only which faults have no place, or several, in
+their file. Nothing in the working tree is changed, but for `benchmarks/results/faults.json` with --record: the counts
+for docs/accuracy.md.
 
 Tests run in a fork of a process that has solved the scenarios of the pages that are read back. What a fault in code or
 in a file of patterns can have changed is imported anew; a template is read anew by each report.
@@ -236,6 +236,14 @@ def rewrite(path: Path, text: str) -> None:
         compiled.unlink()
 
 
+def tests_of_package(path: Path) -> list[str]:
+    """The folder of tests that mirrors the package of a module; none for a template of the core."""
+    if "vireport" not in path.parts:
+        return []
+    folders = (Path("tests", *parent.parts[1:]) for parent in path.parents if parent.parts[1:])
+    return [str(folder) for folder in folders if folder.is_dir()][:1]
+
+
 def plant(fault: tuple[str, str, str, bool, str]) -> Told:
     """What becomes of a fault in the copy of this process."""
     file, old, new, whole, kept = fault
@@ -248,8 +256,8 @@ def plant(fault: tuple[str, str, str, bool, str]) -> Told:
     stages = {
         "callers": (first or [called.test for called in by[:1]], QUICK),
         "read back": (READ_BACK, QUICK),
-        SLOW: (READ_BACK, SLOW),
         "files": (files[:MOST_FILES], QUICK),
+        SLOW: ((*READ_BACK, *tests_of_package(path)), SLOW),
     }
     rewrite(path, text.replace(old, new))
     try:
