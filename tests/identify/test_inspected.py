@@ -12,9 +12,11 @@ import yaml
 
 from vireport.cli.app import main
 from vireport.identify.record_figure import drawn_rows
+from vireport.identify.results import InspectedData
 from vireport.measurement.inspection import inspect, record_lines
 from vireport.measurement.recordings import read_recording
 from vireport.scenario.blocks import LayoutBlock
+from vireport.study.reading import read_record
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 LAYOUTS = {layout.format: layout for layout in layouts.layouts()}
@@ -49,6 +51,7 @@ def test_a_file_is_shown_with_what_is_wrong_in_it(tmp_path: Path, capsys) -> Non
 def test_an_inspection_as_data_counts_every_flaw(tmp_path: Path, capsys) -> None:
     assert main(["identify", "--inspect", str(flawed(tmp_path)), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
+    assert read_record(data, InspectedData, "inspected").columns[0].title.name == "Time"
     time, x, z = data["columns"]
     assert (data["samples"], time["missing"], x["missing"], z["missing"]) == (1900, 0, 1, 0)
     assert x["clipped"] > 500

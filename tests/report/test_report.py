@@ -435,10 +435,10 @@ def test_provenance_is_enough_to_repeat(model, page) -> None:
         provenance.scenario_sha256,
         provenance.python,
         provenance.command,
-        *(f"{n} {v}" for n, v in provenance.libraries),
+        *(f"{n} {v}" for n, v in provenance.libraries.items()),
     ):
         assert text in page("inclined").text
-    assert {name for name, _ in provenance.libraries} == {
+    assert {*provenance.libraries} == {
         "jinja2",
         "matplotlib",
         "numpy",

@@ -142,18 +142,6 @@ class ScenarioError(VireportError):
         count = self.more if self.more < MOST_COUNTED else f"over {MOST_COUNTED}"
         return (*rendered, f"{self.name}: and {count} more (mend these first)") if self.more else rendered
 
-    def to_dicts(self) -> list[dict[str, str | int | None]]:
-        """The mistakes as data, ready for JSON: those of ``--set`` have neither file nor line."""
-        return [
-            {
-                "file": self.name if mistake.line else None,
-                "line": mistake.line or None,
-                "path": mistake.path,
-                "message": mistake.message,
-            }
-            for mistake in self.mistakes
-        ]
-
 
 class OutputError(VireportError):
     """What was computed cannot be written: the disk or the stream that it goes to is full or faulty."""

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, TypeVar
 
 import typer
 
@@ -192,34 +192,34 @@ def check(
     except ScenarioError as error:
         if not json:
             raise
-        refused = {"valid": False, "kind": None, "mistakes": error.to_dicts(), "more": error.more, "steps": []}
-        deliver(CommandOutcome(_json(refused), exit_code=error.exit_code))
+        from vireport.cli.results import mistakes_data
+
+        deliver(CommandOutcome(_json(mistakes_data(error)), exit_code=error.exit_code))
         return
+    from vireport.cli.results import CheckedData, StepData
     from vireport.study.judging.alerts import input_alerts
 
     alerts = input_alerts(loaded.scenario)
     if isinstance(loaded, LoadedMap):
         name, kind = loaded.name, "map"
-        over = " x ".join(axis.path for axis in loaded.block.axes)
-        rows = [("cells", True, f"{loaded.block.cells:,} cells over {over}", "the file has a map block")]
+        what = f"{loaded.block.cells:,} cells over {' x '.join(axis.path for axis in loaded.block.axes)}"
+        steps = [StepData(step="cells", runs=True, what=what, why="the file has a map block")]
         left_out: tuple[str, ...] = ()
     else:
         from vireport.study.plan import plan
 
         name, kind = loaded.document.name, "scenario"
         planned = plan(loaded.scenario, formats)
-        rows = [(step.task, step.runs, step.what, step.why) for step in planned.steps]
+        steps = [StepData(step=step.task, runs=step.runs, what=step.what, why=step.why) for step in planned.steps]
         left_out = () if json else planned.left_out_lines()
     if json:
-        steps = [dict(zip(("step", "runs", "what", "why"), row, strict=True)) for row in rows]
-        reported = [alert.data for alert in alerts]
-        deliver(
-            CommandOutcome(_json({"valid": True, "kind": kind, "mistakes": [], "alerts": reported, "steps": steps}))
-        )
+        data = CheckedData(valid=True, kind=kind, mistakes=[], alerts=[alert.data for alert in alerts], steps=steps)
+        deliver(CommandOutcome(_json(data)))
         return
-    width = max(len(step) for step, runs, *_ in rows if runs)
+    running = [step for step in steps if step.runs]
+    width = max(len(step.step) for step in running)
     lines = [f"{name}: valid {kind}", *(alert.words() for alert in alerts)]
-    lines += [f"run  {step:<{width}}  {what} ({why})" for step, runs, what, why in rows if runs]
+    lines += [f"run  {step.step:<{width}}  {step.what} ({step.why})" for step in running]
     deliver(CommandOutcome(text="\n".join([*lines, *left_out, ""])), quiet=quiet)
 
 
@@ -252,7 +252,7 @@ def explain(code: options.AlertOrTerm = None) -> None:
     deliver(CommandOutcome(explanation(code)))
 
 
-def _json(data: dict[str, Any]) -> str:
+def _json(data: object) -> str:
     return json_text(data, indent=2) + "\n"
 
 

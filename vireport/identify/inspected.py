@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vireport.base.encoding import json_text
-from vireport.base.records import plain
 from vireport.cli.outcome import CommandOutcome
+from vireport.identify.results import InspectedData
 from vireport.measurement.inspection import Inspection, inspect, record_lines
 from vireport.measurement.recordings import time_text
 from vireport.scenario.blocks import LayoutBlock
@@ -44,14 +44,14 @@ def outcome(file: str, keys: LayoutBlock | None, json: bool) -> CommandOutcome:
     inspection = inspect(file, keys)
     block = "\n".join(record_lines(inspection))
     if json:
-        data = {
-            "file": inspection.name,
-            "reading": inspection.table.reading,
-            "samples": inspection.samples,
-            "columns": plain(inspection.columns),
-            "clock": plain(inspection.clock),
-            "record": block,
-        }
+        data = InspectedData(
+            file=inspection.name,
+            reading=inspection.table.reading,
+            samples=inspection.samples,
+            columns=inspection.columns,
+            clock=inspection.clock,
+            record=block,
+        )
         return CommandOutcome(f"{json_text(data)}\n")
     from vireport.figures.style import Picture
 

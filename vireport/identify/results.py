@@ -13,6 +13,7 @@ from vireport.identify.opening import IdentifiedRecord
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted
 from vireport.measurement.inquiry import IdentifiedInput
+from vireport.measurement.inspection import InspectedClock, InspectedColumn
 from vireport.measurement.misfit import Misfit
 from vireport.measurement.picking import Picked
 from vireport.measurement.screening import Gap
@@ -29,6 +30,29 @@ SWAPPED = "swapped_membranes"
 
 DISTORTION = "harmonics"
 """What a record may not show of `excitation`."""
+
+
+class InspectedData(ResultsBlock, frozen=True, kw_only=True):
+    """What is in a file of signals.
+
+    Attributes
+    ----------
+    file, reading
+        its name, and as what it was read, in words
+    samples
+        their number
+    columns, clock
+        its columns, and its times; the latter null where it has neither times nor a rate
+    record
+        the `record:` block to be pasted into a scenario
+    """
+
+    file: str
+    reading: str
+    samples: int
+    columns: tuple[InspectedColumn, ...]
+    clock: InspectedClock | None
+    record: str
 
 
 class IdentifiedInputData(ResultsBlock, frozen=True, kw_only=True):

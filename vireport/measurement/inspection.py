@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from vireport.base.reading import ANYWHERE
-from vireport.base.records import brief
+from vireport.base.records import ResultsBlock, brief
 from vireport.measurement.flights import Array
 from vireport.measurement.readers import reader_of
 from vireport.measurement.recordings import GAP, NAMES
@@ -21,20 +21,21 @@ LONGEST_PLATEAU = 3
 """Samples at the least or the largest value, one after the other, from which a signal is clipped there."""
 
 
-class InspectedColumn(Struct, frozen=True):
-    """A column of a file.
+class InspectedColumn(ResultsBlock, frozen=True):
+    """A column of a file of signals.
 
     Attributes
     ----------
-    number : int
-        From 1, as a `record:` block may have it.
-    title : Title
-    least, largest, mean : float or None
-        Of its numbers, in the unit of the file; None where it has none.
-    missing : int
-        Samples that are no finite numbers.
-    clipped : int
-        Samples in plateaus at its least and its largest value.
+    number
+        from 1, as a `record:` block may have it
+    title
+        what the file says of it
+    least, largest, mean : unit of the file
+        of its numbers; null where it has none
+    missing
+        samples that are no finite numbers
+    clipped
+        samples in plateaus at its least and its largest value
     """
 
     number: int
@@ -46,21 +47,19 @@ class InspectedColumn(Struct, frozen=True):
     clipped: int = 0
 
 
-class InspectedClock(Struct, frozen=True):
-    """The times of a file.
+class InspectedClock(ResultsBlock, frozen=True):
+    """The times of a file of signals.
 
     Attributes
     ----------
-    column : int or None
-        Number of the column that has them; None where they follow from a rate.
-    step_s : float
-        The usual step [s].
-    start_s : float
-        The first time [s].
-    spread : float
-        Share of the usual step within which nine steps in ten are.
-    gaps, repeated, back : tuple of float
-        Times before which samples are missing, that stand again, and that are before the one above them [s].
+    column
+        number of the column that has them; null where they follow from a rate
+    step_s, start_s : s
+        the usual step, and the first time
+    spread : 1
+        share of the usual step within which nine steps in ten are
+    gaps, repeated, back : s
+        times before which samples are missing, that stand again, and that are before the one above them
     """
 
     column: int | None

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from msgspec import Struct
 
 from vireport.base.errors import UsageError
-from vireport.base.records import brief
+from vireport.base.records import ResultsBlock, brief
 from vireport.measurement.flights import Array
 from vireport.scenario.blocks import ColumnBlock, RecordedUnit
 from vireport.text.foreign import visible
@@ -62,8 +62,18 @@ NAME_AND_UNIT = re.compile(r"(.*?)(?:\s*[(\[]([^()\[\]]*)[)\]]|\s+in (\S+)|^in (
 """A name with its unit behind it: Time (s), CH1 [V], C1 in V, CH1V."""
 
 
-class Title(Struct, frozen=True):
-    """Name of a column, the unit that the file states for it, and whether it has numbers."""
+class Title(ResultsBlock, frozen=True):
+    """What a file says of a column.
+
+    Attributes
+    ----------
+    name
+        its name, "" where it has none
+    unit
+        that which the file states; null where it states none that is known
+    numeric
+        whether it has numbers
+    """
 
     name: str
     unit: RecordedUnit | None = None

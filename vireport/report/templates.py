@@ -198,7 +198,7 @@ def made_with(provenance: Provenance, overrides: Sequence[str] | None, templates
         rows += [(scenario, provenance.scenario_name), (digest, provenance.scenario_sha256)]
         rows += [(override, text) for text in overrides]
     rows += [(command, provenance.command), (python, provenance.python)]
-    rows += [(libraries, ", ".join(map(" ".join, provenance.libraries)))]
+    rows += [(libraries, ", ".join(map(" ".join, provenance.libraries.items())))]
     rows += [("SOURCE_DATE_EPOCH", provenance.timestamp)] if provenance.timestamp else []
     return worded_table(say, "made_with", "tc", rows)
 

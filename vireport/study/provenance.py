@@ -7,19 +7,18 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
-from vireport.base.records import plain
+from vireport.base.records import ResultsBlock
 from vireport.base.version import __version__
 
 if TYPE_CHECKING:
@@ -35,38 +34,30 @@ PAGES, DRAWINGS = ("jinja2", "typst"), ("matplotlib",)
 """Further ones that a report and its figures are made with."""
 
 
-class Provenance(Struct, frozen=True, eq=False):
+class Provenance(ResultsBlock, frozen=True):
     """What made the results, of what.
 
     Attributes
     ----------
-    version : str
-        Of vireport.
-    scenario_name : str
-        Name of the file, without its folder.
-    scenario_sha256 : str
-        Of the file, and of what was set over it (see `Loaded.sha256`).
-    python : str
-        Version.
-    libraries : tuple of (str, str)
-        Names and versions.
-    command : str
-        That gives these results again.
-    timestamp : str or None
-        ISO 8601, where SOURCE_DATE_EPOCH is set.
+    version, python
+        versions of vireport and of Python
+    scenario_name, scenario_sha256
+        the scenario's file without its folder, and the digest of the file and of what was set over it
+    libraries
+        versions of the libraries that the results depend on, by their names
+    command
+        that gives these results again
+    timestamp
+        ISO 8601, of `SOURCE_DATE_EPOCH`; null where that is not set
     """
 
     version: str
     scenario_name: str
     scenario_sha256: str
     python: str
-    libraries: tuple[tuple[str, str], ...]
+    libraries: Mapping[str, str]
     command: str
     timestamp: str | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data, as results.json has it."""
-        return {**plain(self), "libraries": dict(self.libraries)}
 
     @property
     def epoch(self) -> int:
@@ -110,7 +101,7 @@ def provenance_of_several(scenarios: Sequence[Loaded], command: str, most_named:
     files = list(dict.fromkeys(origin.scenario_name for origin in origins))
     name = ", ".join(files) if len(files) <= most_named else f"{len(files)} files"
     hashes = "".join(f"{origin.scenario_sha256}\n" for origin in origins)
-    libraries = tuple(sorted({library for origin in origins for library in origin.libraries}))
+    libraries = dict(sorted(item for origin in origins for item in origin.libraries.items()))
     digest = sha256(hashes.encode()).hexdigest()
     return replace(origins[0], scenario_name=name, scenario_sha256=digest, libraries=libraries)
 
@@ -118,12 +109,12 @@ def provenance_of_several(scenarios: Sequence[Loaded], command: str, most_named:
 def with_pages(provenance: Provenance, drawn: bool) -> Provenance:
     """Add the libraries that a report is made with, with figures or without."""
     used = PAGES + DRAWINGS if drawn else PAGES
-    return replace(provenance, libraries=tuple(sorted({*provenance.libraries, *_versions(used)})))
+    return replace(provenance, libraries=dict(sorted({**provenance.libraries, **_versions(used)}.items())))
 
 
-def _versions(names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+def _versions(names: tuple[str, ...]) -> dict[str, str]:
     """Versions as the modules state them: in the metadata of the packages, finding them takes far longer."""
-    return tuple((name, str(import_module(name).__version__)) for name in names)
+    return {name: str(import_module(name).__version__) for name in names}
 
 
 def _timestamp() -> str | None:

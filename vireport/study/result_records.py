@@ -20,7 +20,7 @@ from vireport.scenario.parameters import DesignInput, Parameter
 SCHEMA_VERSION = 1
 
 ADDED = "*"
-"""Stands for the keys of additions to a study among those of `Results`."""
+"""Stands for the keys of additions to a study among those of a file of results."""
 
 Numbers = list[float]
 SomeNumbers = list[float | None]
@@ -1741,9 +1741,10 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
     alerts: list[AlertData]
     left_out: list[LeftOutData] = []
 
-    def blocks(self) -> dict[str, Any]:
-        """Its blocks by their keys, those of additions in their place."""
-        blocks: dict[str, Any] = {}
-        for key, block in keyed(self).items():
-            blocks |= block if key == ADDED else {key: block}
-        return blocks
+
+def blocks_of(results: ResultsBlock) -> dict[str, Any]:
+    """Blocks of a file of results by their keys, those of additions in their place."""
+    blocks: dict[str, Any] = {}
+    for key, block in keyed(results).items():
+        blocks |= block if key == ADDED else {key: block}
+    return blocks

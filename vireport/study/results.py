@@ -189,7 +189,7 @@ def json_bytes(data: Mapping[str, Any], provenance: Provenance) -> bytes:
 
     Floats read back exactly; what is not finite is null.
     """
-    whole = {"schema_version": SCHEMA_VERSION, **data, "provenance": provenance.to_dict()}
+    whole = {"schema_version": SCHEMA_VERSION, **data, "provenance": provenance}
     lines = (f"{json_text(key)}: {json_text(value)}" for key, value in whole.items())
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 

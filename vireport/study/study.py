@@ -49,6 +49,7 @@ from vireport.study.result_records import (
     MotionRow,
     RequirementsData,
     Results,
+    blocks_of,
 )
 from vireport.study.results import (
     analytic_results,
@@ -262,7 +263,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     def to_dict(self, printed: bool = False) -> dict[str, Any]:
         """The results as plain data, see `results`."""
-        data: dict[str, Any] = plain(self.results(printed).blocks())
+        data: dict[str, Any] = plain(blocks_of(self.results(printed)))
         return data
 
     def _switched_on_data(self, switched: SwitchedOn) -> DisturbancesData:
@@ -325,12 +326,12 @@ def require_study(value: object) -> None:
 def results(study: Study, provenance: Provenance, printed: bool = False) -> dict[str, Any]:
     """The results of a study as plain data, ready for JSON, with where they come from; `printed` as `Study.to_dict`."""
     require_study(study)
-    return {**study.to_dict(printed), "provenance": provenance.to_dict()}
+    return {**study.to_dict(printed), "provenance": plain(provenance)}
 
 
 def results_json(study: Study, provenance: Provenance) -> bytes:
     """The text of results.json, from the records of `Study.results`."""
-    return json_bytes(study.results().blocks(), provenance)
+    return json_bytes(blocks_of(study.results()), provenance)
 
 
 def _requirements_data(criteria: tuple[Criterion, ...]) -> RequirementsData:

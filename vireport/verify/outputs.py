@@ -22,10 +22,11 @@ from vireport.study.judging.opening import Opening, Statement, gravest
 from vireport.study.judging.verdict import Status
 from vireport.study.plan import Task
 from vireport.study.provenance import provenance_of
-from vireport.study.result_records import AddedBlocks
+from vireport.study.result_records import blocks_of
 from vireport.study.study import Study, analyse
 from vireport.text.said import Said, words_of
 from vireport.text.tables import Table, plain_text
+from vireport.verify.results import AccuracyFile
 
 if TYPE_CHECKING:
     from vireport.base.progress import Progress
@@ -148,18 +149,13 @@ def _parts(study: Study, every: bool) -> Iterator[Table]:
 
 def data(study: Study, command: str) -> bytes:
     """What was measured by a command, as JSON."""
-    content = {
-        "scenario_sha256": study.loaded.sha256,
-        **_results(study),
-        "provenance": provenance_of(study.loaded, command).to_dict(),
-    }
-    return (json_text(content, indent=1) + "\n").encode()
-
-
-def _results(study: Study) -> AddedBlocks:
-    """What results.json has of these additions."""
     blocks = (finding.results(study.findings.get(finding.name), study) for finding in _findings())
-    return {key: data for block in blocks for key, data in block.items()}
+    content = AccuracyFile(
+        scenario_sha256=study.loaded.sha256,
+        added={key: block for added in blocks for key, block in added.items()},
+        provenance=provenance_of(study.loaded, command),
+    )
+    return (json_text(blocks_of(content), indent=1) + "\n").encode()
 
 
 def files(study: Study, command: str, width_mm: float | None = None) -> dict[str, bytes]:

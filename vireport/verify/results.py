@@ -1,11 +1,33 @@
-"""Outcomes of extreme cases as records of the JSON that is printed."""
+"""What `vireport verify` writes as records: accuracy.json, and the outcomes of extreme cases."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from msgspec import field
+
 from vireport.base.records import ResultsBlock
+from vireport.study.provenance import Provenance
+from vireport.study.result_records import ADDED, AddedBlocks
 from vireport.verify.rows import CaseOutcome, CaseVerdict
+
+
+class AccuracyFile(ResultsBlock, frozen=True, kw_only=True):
+    """The file accuracy.json.
+
+    Attributes
+    ----------
+    scenario_sha256
+        digest of the scenario
+    added
+        `accuracy`, and `compliant`, [as in results.json](results.md#compliant-membranes)
+    provenance
+        [as in results.json](results.md)
+    """
+
+    scenario_sha256: str
+    added: AddedBlocks = field(name=ADDED)
+    provenance: Provenance
 
 
 class CaseData(ResultsBlock, frozen=True, kw_only=True):

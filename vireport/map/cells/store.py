@@ -10,7 +10,6 @@ computed again. Files are written under another name and renamed.
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import re
 import shutil
@@ -21,6 +20,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
@@ -67,7 +67,7 @@ SIMULATED_BYTES, FROM_REST_BYTES, SHOCK_BYTES = 9, 12, 16
 """Sizes in that estimate of what is simulated in a cell: a share, or numbers, and words that recur."""
 
 
-class Identity(Struct, frozen=True):
+class Identity(Struct, frozen=True, forbid_unknown_fields=True):
     """The map, versions and chunk that a file belongs to.
 
     Attributes
@@ -267,8 +267,8 @@ def read_chunk(store: Store, chunk: int, data: bytes) -> pa.Table:
 def _require_identity(file: pq.ParquetFile, expected: Identity) -> None:
     """Refuse what another map, version or chunk has left; the digest of the file has been compared."""
     try:
-        identity = Identity(**json.loads(file.metadata.metadata[IDENTITY]))
-    except (KeyError, TypeError):  # of a version that wrote other metadata
+        identity = msgspec.json.decode(file.metadata.metadata[IDENTITY], type=Identity)
+    except (KeyError, TypeError, msgspec.ValidationError):  # of a version that wrote other metadata
         identity = None
     if identity != expected:
         raise RejectedFileError("is of another map or version, or another chunk", identity)
