@@ -55,7 +55,8 @@ def results_outcome(
 ) -> CommandOutcome:
     """The results of a scenario, on standard output."""
     study = analyse(loaded, formats, say)
-    return _again(_judged(study, printed=results_json(study, provenance_of(loaded, command))), study, earlier)
+    outcome = CommandOutcome(results_json(study, provenance_of(loaded, command)))
+    return _again(_judged(outcome, study), study, earlier)
 
 
 class PageSettings(Struct, frozen=True):
@@ -150,7 +151,7 @@ def run_outcome(loaded: Loaded, command: str, pages: PageSettings, before: Befor
             changes_table(changed, templates=templates),
         )
     files = run_files(study, command, pages, say, BeyondStudy(changes))
-    outcome = _judged(study, printed, _printed(study), files, summary, templates)
+    outcome = _judged(CommandOutcome(printed, _printed(study), files, summary=summary), study, templates)
     others = [task for task in NAMES if task not in formats]
     return replace(
         _again(outcome, study, before.earlier, templates), stale=file_names(formats), other_files=file_names(others)
@@ -226,18 +227,10 @@ def _data_files(study: Study, provenance: Provenance) -> dict[str, bytes]:
     return files
 
 
-def _judged(
-    study: Study,
-    printed: str | bytes,
-    text: str = "",
-    files: dict[str, bytes] | None = None,
-    summary: str = "",
-    templates: Path | None = None,
-) -> CommandOutcome:
-    """The outcome of a study, with the exit code that what its scenario requires makes it."""
+def _judged(outcome: CommandOutcome, study: Study, templates: Path | None = None) -> CommandOutcome:
+    """The outcome with the requirement of the scenario that the study does not meet, if it meets one not."""
     missed = unmet(study.criteria)
-    failure = "" if missed is None else missed.words(templates)
-    return CommandOutcome(printed, text, files or {}, summary=summary, failure=failure, exit_code=int(bool(failure)))
+    return outcome if missed is None else replace(outcome, failure=missed.words(templates), exit_code=1)
 
 
 def _again(

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec.structs import replace
 
 from vireport.base.errors import UsageError
 from vireport.base.files import require_writable
@@ -15,6 +16,9 @@ from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
 from vireport.cli.inputs import read_earlier_run, read_scenario
 from vireport.cli.options import figure_width_mm, recorded, refuse, refuse_files_beside_json
 from vireport.cli.outcome import CommandOutcome, deliver, progress, tell
+
+if TYPE_CHECKING:
+    from vireport.report.changes.table import ComparisonRow
 
 COMPARE = CommandFormats("compare", (*PAGES, *FIGURES, "json", "csv", "markdown"), (*PAGES, "png", "json", "csv"))
 
@@ -50,9 +54,16 @@ def compare(
         writing = ("output", "format_", "paper", "figure_width")
         refuse(context, "--exit-code prints what has changed between two", "vary", "rank_by", *writing)
         with progress(quiet, verbose) as say:
-            form = "json" if json else "markdown" if markdown else ""
-            outcome = _changes(scenarios, set_, allow_outside, tolerance, form, templates, say)
-        deliver(outcome, quiet=quiet)
+            changes = _changes(scenarios, set_, allow_outside, tolerance, say)
+        from vireport.report.changes.diff_outputs import diff_json, diff_markdown, diff_text
+
+        if json:
+            outcome = CommandOutcome(diff_json(changes, tolerance))
+        else:
+            old, text_of = scenarios[0], diff_markdown if markdown else diff_text
+            text = text_of(changes, "standard input" if old == "-" else Path(old).name, templates)
+            outcome = CommandOutcome(text=text.rstrip("\n") + "\n")
+        deliver(replace(outcome, exit_code=int(bool(changes))), quiet=quiet)
         return
     refuse(context, "without --exit-code no changes are listed", "tolerance", "markdown")
     refuse_files_beside_json(context, "comparison")
@@ -97,14 +108,8 @@ def compare(
 
 
 def _changes(
-    files: Sequence[str],
-    overrides: list[str] | None,
-    allow_outside: bool,
-    tolerance: float,
-    form: str,
-    templates: Path | None,
-    say: Progress,
-) -> CommandOutcome:
+    files: Sequence[str], overrides: list[str] | None, allow_outside: bool, tolerance: float, say: Progress
+) -> "tuple[ComparisonRow, ...]":
     """What has changed since an earlier run, whose results are those that it wrote."""
     if len(files) != 2:
         raise UsageError(
@@ -120,21 +125,13 @@ def _changes(
             f"{old} --exit-code)"
         )
     from vireport.report.changes.baseline import diff, read_baseline
-    from vireport.report.changes.diff_outputs import diff_json, diff_markdown, diff_text
     from vireport.study.plan import Task
     from vireport.study.study import analyse
 
     before, later = read_baseline(old), read_earlier_run(new)
     if later is not None and not overrides:
-        changes = diff(before, later.results, tolerance)
-    else:
-        changes = diff(before, analyse(read_scenario(new, overrides, allow_outside)[0], (Task.JSON,), say), tolerance)
-    code = 1 if changes else 0
-    if form == "json":
-        return CommandOutcome(diff_json(changes, tolerance), exit_code=code)
-    render = diff_markdown if form else diff_text
-    text = render(changes, "standard input" if old == "-" else Path(old).name, templates)
-    return CommandOutcome(text=text.rstrip("\n") + "\n", exit_code=code)
+        return diff(before, later.results, tolerance)
+    return diff(before, analyse(read_scenario(new, overrides, allow_outside)[0], (Task.JSON,), say), tolerance)
 
 
 COMMAND = DeclaredCommand("compare", compare, CommandPanel.SEVERAL, (COMPARE,))

@@ -43,7 +43,15 @@ def identify(
     """
     refuse_files_beside_json(context, "result")
     if inspect is not None:
-        _inspect(inspect, scenario, set_, output, json, force, quiet)
+        from vireport.identify import inspected
+
+        if scenario is None and set_:
+            raise UsageError("--set needs a scenario to set it over")
+        keys = None if scenario is None else read_scenario(scenario, set_)[0].scenario.record
+        folder = output or default_folder(inspect, "-inspected")
+        if not json:
+            require_writable(folder, (inspected.PICTURE,), force)
+        deliver(inspected.outcome(inspect, keys, json), folder, quiet)
         return
     if scenario is None:
         raise UsageError("Missing argument 'SCENARIO' (only --inspect needs none)")
@@ -64,27 +72,6 @@ def identify(
     with progress(quiet, verbose) as say:
         outcome = outputs.outcome(request, outputs.Pages(formats, templates, paper, json, verbose), say)
     deliver(outcome, folder, quiet)
-
-
-def _inspect(
-    file: str,
-    scenario: str | None,
-    set_: list[str] | None,
-    output: Path | None,
-    json: bool,
-    force: bool,
-    quiet: bool,
-) -> None:
-    """Show what is in a file of signals, of whose text a scenario may say how it is marked."""
-    from vireport.identify import inspected
-
-    if scenario is None and set_:
-        raise UsageError("--set needs a scenario to set it over")
-    keys = None if scenario is None else read_scenario(scenario, set_)[0].scenario.record
-    folder = output or default_folder(file, "-inspected")
-    if not json:
-        require_writable(folder, (inspected.PICTURE,), force)
-    deliver(inspected.outcome(file, keys, json), folder, quiet)
 
 
 COMMAND = DeclaredCommand("identify", identify, CommandPanel.MEASURED, (IDENTIFY,))

@@ -1,8 +1,8 @@
 """The command `vireport map`."""
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable
+from functools import partial
+from typing import Annotated
 
 import typer
 
@@ -15,9 +15,6 @@ from vireport.cli.formats import FIGURES, PAGES, CommandFormats, format_option
 from vireport.cli.inputs import read_scenario
 from vireport.cli.options import default_folder, figure_width_mm, recorded, refuse, refuse_files_beside_json
 from vireport.cli.outcome import CommandOutcome, deliver, progress
-
-if TYPE_CHECKING:
-    from vireport.map.outputs import MapOutput
 
 MAP = CommandFormats("map", (*PAGES, *FIGURES), (*PAGES, "png"), "the cells")
 MAP_OVER = CommandFormats(
@@ -67,7 +64,12 @@ def map_(
     folder = output or default_folder(file, "" if over is None else "-chart")
     if over is None:
         require_writable(folder, names if figures else (), force)
-        _cells(file, set_ or (), folder, scheduler, workers, figures, settings, quiet, verbose)
+        from vireport.map.cells.run import run_map
+
+        compute = partial(
+            run_map, file, folder, scheduler, workers, draw=figures, output=settings, overrides=set_ or ()
+        )
+        _cells(compute, quiet, verbose)
         return
     loaded, _ = read_scenario(file, set_)
     from vireport.map.chart import outputs as charts
@@ -87,20 +89,15 @@ def map_(
     deliver(CommandOutcome(text=text, files=files, stale=names, other_files=others), folder, quiet)
 
 
-def _cells(
-    file: str, over: Sequence[str], folder: Path, scheduler: str | None, workers: int | None, figures: bool,
-    settings: "MapOutput", quiet: bool, verbose: bool,
-) -> None:  # fmt: skip
-    """Compute a map file, or what is missing of it."""
-    from vireport.map.cells.run import run_map
-
+def _cells(compute: Callable[..., str], quiet: bool, verbose: bool) -> None:
+    """Compute a map file, or what is missing of it, with progress."""
     try:
         with progress(quiet, verbose) as say:
 
             def show(done: int, total: int) -> None:
                 say(WorkStep("computing cells", done / total, f"{done:,} of {total:,}"))
 
-            summary = run_map(file, folder, scheduler, workers, show, figures, settings, over)
+            summary = compute(progress=show)
         interrupts.check()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("what is computed so far is kept: run the same command again to go on") from None

@@ -30,6 +30,7 @@ from vireport.findings.driven.results import DrivenData, driven_data
 from vireport.measurement.shaker import ShakerDoubt, ShakerFinding
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
+from vireport.scenario.loading import Loaded
 from vireport.study.judging.evidence import Evidence
 from vireport.study.judging.verdict import Status, Weight, verdict_of
 from vireport.study.reading import read_record
@@ -39,8 +40,10 @@ RATE = 100.0
 FILM = "device.membrane={thickness_m: 1e-3, relative_permittivity: 4.7, breakdown_field_v_m: 1e8}"
 
 
-def scenario(*over: str) -> Any:
-    return load(EXAMPLES / "driven.yaml", (FILM, *over)).scenario
+def naming(folder: Path, record: str, *over: str) -> Loaded:
+    """The example with a record in a folder."""
+    loaded = load(EXAMPLES / "driven.yaml", (FILM, f"excitation.record={record}", *over))
+    return replace(loaded, place=ReadingPlace(str(folder)))
 
 
 def recorded(folder: Path, seconds: float = 60.0, newton: float = 3.0, rate: float = RATE, **more: Any) -> Path:
@@ -53,9 +56,9 @@ def recorded(folder: Path, seconds: float = 60.0, newton: float = 3.0, rate: flo
     return folder
 
 
-def drive(folder: Path, *over: str) -> Driven:
-    own = scenario(*over)
-    return driven_by("shaker.mat", ReadingPlace(str(folder)), Device.of(own), Membrane.of(own))
+def drive(folder: Path, *over: str, record: str = "shaker.mat") -> Driven:
+    loaded = naming(folder, record, *over)
+    return driven_by(loaded, Device.of(loaded.scenario), Membrane.of(loaded.scenario))
 
 
 @pytest.mark.parametrize("more", [{}, {"second": 0.03}, {"offset": 6.93}], ids=["sine", "harmonic", "offset"])
@@ -205,28 +208,26 @@ def test_what_cannot_be_driven_is_refused(capsys, over: list[str], message: str)
 
 
 def test_records_that_are_not_whole_are_refused(tmp_path: Path) -> None:
-    device = Device.of(scenario())
     savemat(tmp_path / "x.mat", {"voltage_v": np.random.default_rng(0).standard_normal(500), "sampling_rate_hz": RATE})
     with pytest.raises(UsageError, match="has no acceleration"):
-        driven_by("x.mat", ReadingPlace(str(tmp_path)), device, None)
+        drive(tmp_path, record="x.mat")
     t = np.arange(2000) / RATE
     gap = t + np.where(t > 10, 0.5, 0.0)
     savemat(tmp_path / "y.mat", {"acceleration_m_s2": 24 * np.cos(4 * np.pi * gap), "time_s": gap})
     with pytest.raises(UsageError, match=r"lacks samples before 10\.51 s"):
-        driven_by("y.mat", ReadingPlace(str(tmp_path)), device, None)
+        drive(tmp_path, record="y.mat")
 
 
 @pytest.mark.parametrize("jitter", first(1, [0.003, 0.02]))
 def test_an_uneven_clock_is_made_even_with_its_error_stated(tmp_path: Path, jitter: float) -> None:
     """Within half a step it would be taken for rounding, with an acceleration that is wrong by 4 %."""
-    device = Device.of(scenario())
     rng = np.random.default_rng(2)
     t = np.sort(np.arange(4000) / RATE + jitter * rng.uniform(-1, 1, 4000))
     t = np.delete(t, [1000, 3000])
     values = 3.0 / 0.1245 * np.cos(4 * np.pi * t)
     lines = (f"{time:.6f},{value:.6f}\n" for time, value in zip(t, values, strict=True))
     (tmp_path / "x.csv").write_text("time_s,acceleration_m_s2\n" + "".join(lines))
-    found = driven_by("x.csv", ReadingPlace(str(tmp_path)), device, None)
+    found = drive(tmp_path, record="x.csv")
     assert 0 < found.resampled < 0.05
     even = found.recording
     exact = 3.0 / 0.1245 * np.cos(4 * np.pi * even.times)
@@ -244,13 +245,13 @@ def test_too_few_samples_at_uneven_times_are_refused(tmp_path: Path) -> None:
     lines = (f"{time:.6f},{24 * np.cos(4 * np.pi * time):.6f}\n" for time in t)
     (tmp_path / "x.csv").write_text("time_s,acceleration_m_s2\n" + "".join(lines))
     with pytest.raises(VireportError, match=r"lacks samples before|put on an even clock it would be wrong by up to"):
-        driven_by("x.csv", ReadingPlace(str(tmp_path)), Device.of(scenario()), None)
+        drive(tmp_path, record="x.csv")
 
 
 def test_times_that_were_rounded_are_driven(tmp_path: Path) -> None:
     lines = "".join(f"{k / 96:.4f},{24 * np.cos(4 * np.pi * k / 96):.5f}\n" for k in range(4000))
     (tmp_path / "x.csv").write_text(f"time_s,acceleration_m_s2\n{lines}")
-    found = driven_by("x.csv", ReadingPlace(str(tmp_path)), Device.of(scenario()), None)
+    found = drive(tmp_path, record="x.csv")
     assert 0 < found.recording.uneven_s < 1e-4
     assert found.share_of_1_1 == 1.0
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress
-from vireport.base.reading import ReadingPlace
 from vireport.base.records import brief
 from vireport.design.solution import Solution, solution_of, stable_motion
 from vireport.findings.driven.means import Mean, batched, parts_of
@@ -30,7 +29,7 @@ from vireport.physics.cubics import Cubics
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane, deflection, energy_gained, generated_voltage
 from vireport.physics.word import Word
-from vireport.scenario.blocks import LayoutBlock
+from vireport.scenario.loading import Loaded
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.events import Impact, check_model, check_start, follow_recorded
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
@@ -158,30 +157,19 @@ class Driven(Struct, frozen=True, eq=False):
         return sum(row.share for row in self.words if row.letters == "BT")
 
 
-def driven_by(
-    record: str,
-    place: ReadingPlace,
-    device: Device,
-    membrane: Membrane | None,
-    say: Progress | None = None,
-    keys: LayoutBlock | None = None,
-) -> Driven:
+def driven_by(loaded: Loaded, device: Device, membrane: Membrane | None, say: Progress | None = None) -> Driven:
     """Drive a recorded acceleration through a device.
 
     Parameters
     ----------
-    record : str
-        Its path.
-    place : ReadingPlace
-        Where it is looked for.
+    loaded : Loaded
+        The scenario that names the record.
     device : Device
         Its force and frequency are those of the record, near those of the scenario.
     membrane : Membrane or None
         For voltages.
     say : callable, optional
         Is told each step.
-    keys : LayoutBlock, optional
-        How the record is read.
 
     Raises
     ------
@@ -194,8 +182,10 @@ def driven_by(
     if device.rubs:
         raise UsageError(f"{KEY} is not driven through a device with friction (allowed: none, without device.friction)")
     say("reading the record of the shaker")
+    record = loaded.scenario.excitation.record
+    assert record is not None
     # A report names the record as its scenario does, and not by where the scenario was.
-    recording = replace(read_recording(record, place, keys), name=visible(record))
+    recording = replace(read_recording(record, loaded.place, loaded.scenario.record), name=visible(record))
     shaker = shaker_of(recording, device, say)
     if shaker is None or shaker.channel.place is not HeardPlace.CAPSULE:
         raise UsageError(f"{KEY}: {recording.name} has no acceleration (allowed: a signal acceleration_m_s2 or _g)")

@@ -41,10 +41,7 @@ class DrivenFinding(AddedFinding["Driven"]):
         """Drive the record through the device."""
         from vireport.findings.driven.driven import driven_by
 
-        scenario, solution = study.scenario, study.solution
-        record = scenario.excitation.record
-        assert record is not None
-        return driven_by(record, study.loaded.place, solution.device, solution.membrane, say, scenario.record)
+        return driven_by(study.loaded, study.solution.device, study.solution.membrane, say)
 
     def results(self, driven: Driven | None, study: Study) -> AddedBlocks:
         """The block of the same name, where there is a record."""

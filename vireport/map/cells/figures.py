@@ -58,6 +58,9 @@ NOT_TOLD = "too near a critical point to tell", Pixel.GREY
 PIXELS = 400
 """Fineness of the grid on which names of areas find their places."""
 
+FLAT = Normalize(0.0, 2.0)
+"""The scale of cells of one colour, of value 1."""
+
 OVER_CELLS: Look = {"facecolor": Color.WHITE, "edgecolor": "none", "pad": 1.0}
 """What lies under names that may stand on cells of any colour."""
 
@@ -208,7 +211,7 @@ def _raster(plan: MapPlan, result: Path) -> Raster:
 def _stability(drawing: HeatMaps) -> Figure:
     colors = ListedColormap([TYPES[stability][1] for stability in STABILITIES])
     figure, axes = _panel(drawing)
-    _fill(axes, drawing.raster, drawing.raster.columns["stability"], colors, -0.5, len(STABILITIES) - 0.5)
+    _fill(axes, drawing.raster, drawing.raster.columns["stability"], colors, Normalize(-0.5, len(STABILITIES) - 0.5))
     return _finished(figure, axes, drawing, _types(drawing, *STABILITIES))
 
 
@@ -226,11 +229,11 @@ def _of_stable(
     code = drawing.raster.columns["stability"]
     unstable = code == Stability.UNSTABLE_NODE.code
     flat = ListedColormap([TYPES[Stability.UNSTABLE_NODE][1]])
-    _fill(axes, drawing.raster, np.where(unstable, 1.0, np.nan), flat, 0.0, 2.0)
+    _fill(axes, drawing.raster, np.where(unstable, 1.0, np.nan), flat, FLAT)
     colored = np.where(np.isfinite(code) & ~unstable, values, np.nan)
     finite = colored[np.isfinite(colored)]
     low, high = ends or ((float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0))
-    _fill(axes, drawing.raster, colored, colors, low, high if high > low else low + 1.0)
+    _fill(axes, drawing.raster, colored, colors, Normalize(low, high if high > low else low + 1.0))
     bar: Any = figure.colorbar(axes.images[-1], ax=axes, label=label)
     bar.solids.set_edgecolor("face")  # without it the page shines through between the strips of colour
     return figure, axes
@@ -257,7 +260,7 @@ def _from_rest(drawing: HeatMaps) -> Figure:
     code = drawing.raster.columns["from_rest"]
     figure, axes = _panel(drawing)
     colors = ListedColormap([OUTCOMES[outcome][1] for outcome in DESTINATIONS])
-    _fill(axes, drawing.raster, code, colors, -0.5, len(DESTINATIONS) - 0.5)
+    _fill(axes, drawing.raster, code, colors, Normalize(-0.5, len(DESTINATIONS) - 0.5))
     areas = [
         Area(OUTCOMES[outcome][0], Pixel.like(OUTCOMES[outcome][1]), code == k)
         for k, outcome in enumerate(DESTINATIONS)
@@ -278,7 +281,7 @@ def _shock(drawing: HeatMaps) -> Figure:
     areas = _types(drawing, Stability.UNSTABLE_NODE)
     for cells, (words, color) in flat:
         if cells.any():
-            _fill(axes, drawing.raster, np.where(cells, 1.0, np.nan), ListedColormap([color]), 0.0, 2.0)
+            _fill(axes, drawing.raster, np.where(cells, 1.0, np.nan), ListedColormap([color]), FLAT)
             areas.append(Area(words, color, cells))
     return _finished(figure, axes, drawing, areas)
 
@@ -299,11 +302,11 @@ def _panel(drawing: HeatMaps, beside: float = 0.0) -> tuple[NotebookFigure, Axes
     return figure, axes
 
 
-def _fill(axes: Axes, raster: Raster, values: Floats, colors: str | ListedColormap, low: float, high: float) -> None:
-    """Colour the cells that have a value; the scale of the colours goes from `low` to `high`."""
+def _fill(axes: Axes, raster: Raster, values: Floats, colors: str | ListedColormap, scale: Normalize) -> None:
+    """Colour the cells that have a value, by its place on a scale of colours."""
     i, j = np.argsort(raster.x), np.argsort(raster.y)
     masked = np.ma.masked_invalid(values[np.ix_(j, i)])
-    axes.pcolorfast(*raster.edges, masked, cmap=colors, norm=Normalize(low, high), zorder=0.5)
+    axes.pcolorfast(*raster.edges, masked, cmap=colors, norm=scale, zorder=0.5)
 
 
 def _edges(values: Floats) -> Floats:

@@ -101,7 +101,8 @@ def _drawn(chart: Chart, templates: FilePath | None) -> Figure:
         if sheet().headed:
             for number, point in zip(_numbers(chart), points, strict=True):
                 paper.write(str(number), around(paper.inches(point), str(number)))
-        names, bands = _legend(chart, colors, named, said, areas, curves)
+        unnamed = tuple((part, color) for part, color in colors if part.kinds not in areas)
+        names, bands = _legend(chart, unnamed, named, said, curves)
         # In one line where there is room.
         legends = [[*names, *marked, *bands]] if sheet().headed else [[*names, *marked], bands]
         return plane_finished(figure, legends)
@@ -209,10 +210,9 @@ def _numbered(chart: Chart) -> Floats:
 
 
 def _legend(
-    chart: Chart, colors: Colored, named: Naming, said: Words, areas: set[Kinds | None], events: set[Event]
+    chart: Chart, unnamed: Colored, named: Naming, said: Words, events: set[Event]
 ) -> tuple[list[Entry], list[Entry]]:
     """What colours, curves and marks mean but for areas and events with a name in the figure, and the thin lines."""
-    unnamed = [(region_set, color) for region_set, color in colors if region_set.kinds not in areas]
     entries: list[Entry] = [
         (named.long(region_set.kinds, chart.limits), AREA | {"markerfacecolor": color or Color.WHITE})
         for region_set, color in unnamed

@@ -9,6 +9,7 @@ from typing import Any
 
 from vireport.base.encoding import json_text
 from vireport.report.changes.baseline import RELATIVE, diff
+from vireport.report.changes.results import ChangeData, ChangesData
 from vireport.report.changes.sentences import before_and_after
 from vireport.report.changes.table import ComparisonRow
 from vireport.study.reading import LONGEST_TEXT
@@ -69,17 +70,17 @@ def diff_markdown(changed: Sequence[ComparisonRow], baseline: str | None = None,
 def diff_json(changed: Sequence[ComparisonRow], relative: float = RELATIVE) -> bytes:
     """Write the changes as JSON."""
     changes = [
-        {
-            "group": row.group,
-            "what": row.quantity,
-            "before": row.before,
-            "after": row.after,
-            "unit": "" if row.unit == "1" else row.unit,
-            "change": row.change,
-        }
+        ChangeData(
+            group=row.group,
+            what=row.quantity,
+            before=row.before,
+            after=row.after,
+            unit="" if row.unit == "1" else row.unit,
+            change=row.change,
+        )
         for row in changed
     ]
-    data = {"changed": bool(changed), "tolerance": relative, "changes": changes}
+    data = ChangesData(changed=bool(changed), tolerance=relative, changes=changes)
     return (json_text(data, indent=1) + "\n").encode()
 
 
