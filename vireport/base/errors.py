@@ -135,6 +135,11 @@ class ScenarioError(VireportError):
         self.more = more + len(by_line) - len(self.mistakes)
         super().__init__("\n".join(self.lines))
 
+    @classmethod
+    def in_line(cls, name: str, line: int, path: str, message: str) -> ScenarioError:
+        """The error of one mistake, in a line of a file; the path is "" where it is none of a key or column."""
+        return cls(name, [Mistake(line, path, message)])
+
     @property
     def lines(self) -> tuple[str, ...]:
         """The message as lines, one for each mistake that is told, and one for the number of others."""

@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.base.errors import Mistake, Mistakes, ScenarioError, UsageError, VireportError
+from vireport.base.errors import Mistakes, ScenarioError, UsageError, VireportError
 from vireport.base.reading import ANYWHERE, ReadingPlace
 from vireport.base.records import brief
 from vireport.measurement.flights import Array, Mask
@@ -491,7 +491,7 @@ def _of_sample(name: str, table: RecordedTable, signal: _Signal, row: int, messa
         return _refused(name, visible(title), f"sample {row + 1}, {number!r}, {message}")
     line, cell = table.located(row)
     shown = visible(cell(signal.column)[:LONGEST_TITLE])
-    return ScenarioError(name, [Mistake(line, visible(title[:LONGEST_TITLE]), f"'{shown}' {message}")])
+    return ScenarioError.in_line(name, line, visible(title[:LONGEST_TITLE]), f"'{shown}' {message}")
 
 
 class _RunsBack(Exception):
@@ -599,31 +599,28 @@ def _notes(path: str, place: ReadingPlace) -> Notes:
     keys = document.data
     channels = keys.get("channels") if isinstance(keys, dict) and set(keys) == {"channels"} else None
     if not isinstance(channels, dict) or not channels:
-        raise _in_notes(file_name, "", f"has no channels (allowed: {allowed})", document.line_of(""))
+        raise ScenarioError.in_line(file_name, document.line_of(""), "", f"has no channels (allowed: {allowed})")
     titles = list(channels)
     _require_names(file_name, titles)
     line = document.line_of("channels")
     if any(NAMES.get(title, (HeardPlace.CAPSULE,))[0] is None for title in titles):
-        raise _in_notes(file_name, "channels", "a WAV file has no channel of times (its rate is in the file)", line)
+        raise ScenarioError.in_line(
+            file_name, line, "channels", "a WAV file has no channel of times (its rate is in the file)"
+        )
     for title, full in channels.items():
         if isinstance(full, bool) or not isinstance(full, int | float) or not 0 < abs(full) <= LARGEST_VALUE:
             key = join("channels", title)
             value_text = visible(document.written.get(key, "a block of keys or a list"), LONGEST_TITLE)
             value_text = f"'{value_text}'" if isinstance(full, str) and value_text[:1] not in "'\"" else value_text
             message = f"got {value_text} (allowed: full scale in the unit, negative if turned about)"
-            raise _in_notes(file_name, key, message, document.line_of(key))
+            raise ScenarioError.in_line(file_name, document.line_of(key), key, message)
     return Notes(file_name, line, {title: float(full) for title, full in channels.items()})
-
-
-def _in_notes(name: str, path: str, message: str, line: int) -> ScenarioError:
-    """An error about a line of the notes."""
-    return ScenarioError(name, [Mistake(line, path, message)])
 
 
 def _noted(notes: Notes, titles: Sequence[Title]) -> list[_Signal]:
     """The signals of a WAV file by its notes."""
     if len(titles) != len(notes.full_scales):
         count = f"names {len(notes.full_scales)} channels, and the file has {len(titles)}"
-        raise ScenarioError(notes.name, [Mistake(notes.line, "channels", f"{count} (allowed: all of them)")])
+        raise ScenarioError.in_line(notes.name, notes.line, "channels", f"{count} (allowed: all of them)")
     rows = enumerate(notes.full_scales.items())
     return [_Signal(title, k, full * NAMES[title][1]) for k, (title, full) in rows if title in NAMES]

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import Struct
 
-from vireport.base.errors import Mistake, Mistakes, ScenarioError, UsageError
+from vireport.base.errors import Mistakes, ScenarioError, UsageError
 from vireport.base.reading import ANYWHERE, ReadingPlace
 from vireport.base.records import brief
 from vireport.measurement.flights import Array
@@ -177,7 +177,7 @@ def parse_record(
         raise ScenarioError(name, mistakes.reported, mistakes.more)
     if len(times) < FEWEST:
         count = f"{len(times)} impact{'s' * (len(times) != 1)}"
-        raise _refused(
+        raise ScenarioError.in_line(
             name, lines[-1] if lines else 1, "", f"{count} (at least {FEWEST} are needed, and some tens to be of use)"
         )
     stated_errors, swept_values = (np.array(column) if column else None for column in (errors, values))
@@ -198,16 +198,18 @@ def _strict(name: str, data: bytes, swept: Sweepable | None) -> tuple[_Layout, R
         If it is no such file.
     """
     if data[:2] in UTF_16:
-        raise _refused(name, 1, "", "the file is UTF-16 (allowed: save it as CSV in UTF-8)")
+        raise ScenarioError.in_line(name, 1, "", "the file is UTF-16 (allowed: save it as CSV in UTF-8)")
     data = with_line_feeds(data)
     if (start := first_long_line(data)) is not None:
         line = data.count(b"\n", 0, start) + 1
-        raise _refused(name, line, "", f"a line of more than {LONGEST_LINE} bytes (allowed: an impact on each)")
+        raise ScenarioError.in_line(
+            name, line, "", f"a line of more than {LONGEST_LINE} bytes (allowed: an impact on each)"
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise _refused(
+        raise ScenarioError.in_line(
             name,
             line,
             "",
@@ -215,7 +217,7 @@ def _strict(name: str, data: bytes, swept: Sweepable | None) -> tuple[_Layout, R
         ) from None
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
-        raise _refused(name, line, "", "a zero byte: this is no text (allowed: CSV in UTF-8)")
+        raise ScenarioError.in_line(name, line, "", "a zero byte: this is no text (allowed: CSV in UTF-8)")
     rows = _lines_of(name, text)
     return _columns(rows, name, swept), rows
 
@@ -233,7 +235,7 @@ def _lines_of(name: str, text: str) -> Rows:
         # A row in which a quoted cell has line breaks ends some lines further down.
         yield from ((reader.line_num, row) for row in reader)
     except csv.Error as error:
-        raise _refused(name, reader.line_num, "", f"{error} (allowed: CSV with commas)") from None
+        raise ScenarioError.in_line(name, reader.line_num, "", f"{error} (allowed: CSV with commas)") from None
 
 
 def _mapped(name: str, data: bytes, keys: LayoutBlock, swept: Sweepable | None) -> tuple[_Layout, Rows]:
@@ -265,11 +267,6 @@ def _mapped(name: str, data: bytes, keys: LayoutBlock, swept: Sweepable | None) 
     known = {*COLUMNS, *(() if swept is None else (swept.parameter.value,))}
     places = {title: k for title, k in places.items() if title in known}
     return _Layout(places, tuple(x for x in UNUSED if x in places), text.cells, unit, text.decimal), rows
-
-
-def _refused(name: str, line: int, path: str, message: str) -> ScenarioError:
-    """An error about one line of a record."""
-    return ScenarioError(name, [Mistake(line, path, message)])
 
 
 class _Layout(NamedTuple):
@@ -306,16 +303,20 @@ def _columns(rows: Rows, name: str, swept: Sweepable | None) -> _Layout:
     line, head = next(((line, row) for line, row in rows if any(cell.strip() for cell in row)), (1, []))
     example = f"the first line is {TIME},{MEMBRANE}"
     if not head:
-        raise _refused(name, 1, "", f"the file is empty ({example}, an impact on each that follows)")
+        raise ScenarioError.in_line(name, 1, "", f"the file is empty ({example}, an impact on each that follows)")
     if len(head) == 1 and any(sign in head[0] for sign in ";\t"):
         what = "semicolons" if ";" in head[0] else "tabs"
-        raise _refused(name, line, "", f"columns are separated by {what} (allowed: commas, and points in numbers)")
+        raise ScenarioError.in_line(
+            name, line, "", f"columns are separated by {what} (allowed: commas, and points in numbers)"
+        )
     titles = [cell.strip() for cell in head]
     allowed = COLUMNS if swept is None else (*COLUMNS, swept.parameter.value)
     # What is no record at all, of which nothing is shown: it may be a file that was not meant to be read.
     alike = (get_close_matches(title[:LONGEST_TITLE], allowed, 1, ALIKE) for title in titles[: len(allowed)])
     if set(titles).isdisjoint(allowed) and not any(alike):
-        raise _refused(name, line, "", f"no column is known by its name ({example}, an impact on each that follows)")
+        raise ScenarioError.in_line(
+            name, line, "", f"no column is known by its name ({example}, an impact on each that follows)"
+        )
     mistakes = Mistakes()
     for title in titles:
         if title not in allowed:
@@ -446,12 +447,14 @@ def _require_seconds(record: Record, line: int, frequency_hz: float) -> None:
     step = float(np.spacing(np.abs(record.times).max())) * frequency_hz
     if LEAST_STEP < step <= 1:
         what = f"so far from 0 that a double has steps of {step:.2g} periods of the force"
-        raise _refused(record.name, line, TIME, f"times are {what} (allowed: count them from the record's beginning)")
+        raise ScenarioError.in_line(
+            record.name, line, TIME, f"times are {what} (allowed: count them from the record's beginning)"
+        )
     periods = float(np.median(np.diff(record.times))) * frequency_hz
     if SHORTEST_FLIGHT <= periods <= LONGEST_FLIGHT:
         return
     likely = " The times look like milliseconds." if LONGEST_FLIGHT < periods < 1e3 * LONGEST_FLIGHT else ""
-    raise _refused(
+    raise ScenarioError.in_line(
         record.name,
         line,
         TIME,

@@ -18,7 +18,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base.errors import Mistake, ScenarioError, UsageError, VireportError
+from vireport.base.errors import ScenarioError, UsageError, VireportError
 from vireport.measurement.flights import Array
 from vireport.measurement.tables import UNUSED, RecordedTable, Title, Wanted, unit_in
 from vireport.scenario.blocks import DecimalMark, Delimiter, LayoutBlock, RecordedUnit
@@ -224,7 +224,7 @@ def plain_text(name: str, data: bytes) -> bytes:
         raise UsageError(f"{name}: the file is no {stated.upper()} (allowed: a text that is complete)") from error
     if (zero := data.find(b"\0")) >= 0:
         line = data.count(b"\n", 0, zero) + 1
-        raise _refused(name, "", f"a zero byte: this is no text (allowed: {FORMATS})", line)
+        raise ScenarioError.in_line(name, line, "", f"a zero byte: this is no text (allowed: {FORMATS})")
     try:
         data[:HEAD_BYTES].decode()
     except UnicodeDecodeError as error:
@@ -234,7 +234,8 @@ def plain_text(name: str, data: bytes) -> bytes:
     data = with_line_feeds(data)
     if (long := first_long_line(data)) is not None:
         line = data.count(b"\n", 0, long) + 1
-        raise _refused(name, "", f"a line of more than {LONGEST_LINE} bytes (allowed: a sample of each signal)", line)
+        allowed = "(allowed: a sample of each signal)"
+        raise ScenarioError.in_line(name, line, "", f"a line of more than {LONGEST_LINE} bytes {allowed}")
     return data
 
 
@@ -275,24 +276,20 @@ def find_layout(name: str, lines: Sequence[str], keys: LayoutBlock) -> TextLayou
         If they have no numbers, or can be read in two ways.
     """
     if not any(line.strip() for line in lines):
-        raise _refused(name, "", "the file is empty (allowed: names and units, and numbers below them)")
+        raise ScenarioError.in_line(name, 1, "", "the file is empty (allowed: names and units, and numbers below them)")
     ways = [layout for way in _ways(keys) if (layout := _laid_out(lines, *way)) is not None]
     if not ways:
         how = f"{FORMATS}; record.skip_rows, record.delimiter and record.decimal say where the numbers of a text are"
-        raise _refused(name, "", f"no lines of numbers were found in it (allowed: {how})")
+        raise ScenarioError.in_line(name, 1, "", f"no lines of numbers were found in it (allowed: {how})")
     fewest = min(_texts(lines, way) for way in ways)
     ways = [way for way in ways if _texts(lines, way) == fewest]
     agreeing = [way for way in ways if _names_fit(lines, way)]
     best = (agreeing or ways)[0]
     if any(_differ(lines, best, way) for way in (agreeing or ways)[1:]):
         shown = visible(lines[best.first][:LONGEST_TITLE])
-        raise _refused(
-            name,
-            "",
-            f"'{shown}' can be read in two ways: commas between columns, or decimal commas (allowed: record.decimal "
-            "or record.delimiter, which decide)",
-            best.first + 1,
-        )
+        message = f"'{shown}' can be read in two ways: commas between columns, or decimal commas"
+        allowed = "(allowed: record.decimal or record.delimiter, which decide)"
+        raise ScenarioError.in_line(name, best.first + 1, "", f"{message} {allowed}")
     return _described(name, lines, best)
 
 
@@ -400,11 +397,8 @@ def _described(name: str, lines: Sequence[str], way: TextLayout) -> TextLayout:
         elif titles[k].unit is None:
             kinds = OF_TIMES if k == way.numeric[0] and ascending else OF_VALUES
             titles[k] = Title(titles[k].name, unit_in(_property_of(properties, kinds, k).rpartition(":")[2]))
-    return TextLayout(
-        *(way.delimiter, way.decimal, way.first, way.cells, way.numeric, tuple(titles), properties),
-        maker="" if maker is None else maker.name,
-        counts=tuple(counts),
-    )
+    made_by = "" if maker is None else maker.name
+    return replace(way, titles=tuple(titles), properties=properties, maker=made_by, counts=tuple(counts))
 
 
 def _ascends(lines: Sequence[str], way: TextLayout) -> bool:
@@ -476,7 +470,8 @@ def time_base(name: str, layout: TextLayout) -> tuple[float, float]:
     if step is None and rate is not None:
         step = 1 / rate if rate > 0 else -1.0
     if step is not None and not 0 < step < np.inf:
-        raise _refused(name, "", "the time between samples that its head states is not above 0 (allowed: above 0)")
+        message = "the time between samples that its head states is not above 0 (allowed: above 0)"
+        raise ScenarioError.in_line(name, 1, "", message)
     return step or 0.0, _quantity(layout, STARTS) or 0.0
 
 
@@ -494,11 +489,6 @@ def _quantity(layout: TextLayout, names: Sequence[str]) -> float | None:
         return value * SIZES[known.value[:-1]]
     prefix = unit[:1] if re.match(r"[kMG](?:Hz|Sa|S)", unit) else ""
     return value * SIZES[prefix]
-
-
-def _refused(name: str, path: str, message: str, line: int = 1) -> ScenarioError:
-    """An error about a line of a text."""
-    return ScenarioError(name, [Mistake(line, path, message)])
 
 
 def _rows(data: bytes, layout: TextLayout) -> Iterator[tuple[int, bytes]]:
@@ -562,8 +552,8 @@ def _with_missing(body: bytes, mark: bytes) -> bytes:
 
 def _wrong_row(name: str, data: bytes, layout: TextLayout, used: list[int]) -> VireportError:
     """The error about the first row of a file that is no row of numbers."""
-    error = _first_wrong_row(name, data, layout, used)
-    return error or _refused(name, "", "rows cannot be read as numbers (allowed: numbers alone)", layout.first + 1)
+    message = "rows cannot be read as numbers (allowed: numbers alone)"
+    return _first_wrong_row(name, data, layout, used) or ScenarioError.in_line(name, layout.first + 1, "", message)
 
 
 def _first_wrong_row(name: str, data: bytes, layout: TextLayout, used: list[int]) -> VireportError | None:
@@ -573,7 +563,7 @@ def _first_wrong_row(name: str, data: bytes, layout: TextLayout, used: list[int]
             comma = " A decimal comma?" if len(cells) > layout.cells else ""
             how = "rows that are alike; record.delimiter and record.decimal say what the marks are"
             message = f"{len(cells)} values for {layout.cells} columns.{comma} (allowed: {how})"
-            return _refused(name, "", message, line)
+            return ScenarioError.in_line(name, line, "", message)
         if any(cells[k] and layout.value(cells[k]) is None for k in used):
             return _wrong_cell(name, cells, layout, line, used)
     return None
@@ -585,7 +575,7 @@ def _wrong_cell(
     """The error about the first cell of a row that is no number."""
     k = next(k for k in (layout.numeric if used is None else used) if layout.value(cells[k]) is None)
     title = layout.titles[k].name if layout.titles else f"column {k + 1}"
-    return _refused(name, visible(title[:LONGEST_TITLE]), no_number(cells[k]), line)
+    return ScenarioError.in_line(name, line, visible(title[:LONGEST_TITLE]), no_number(cells[k]))
 
 
 def no_number(text: str) -> str:

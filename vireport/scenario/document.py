@@ -166,7 +166,7 @@ def scalar(text: str) -> object:
 def _decoded(source: str | bytes, name: str) -> str:
     if len(source) > LARGEST_FILE:
         size = f"larger than {LARGEST_FILE // 1_000_000} MB"
-        raise ScenarioError(name, [Mistake(1, "", f"the file is {size} (a scenario has about 1 kB)")])
+        raise ScenarioError.in_line(name, 1, "", f"the file is {size} (a scenario has about 1 kB)")
     if isinstance(source, str):
         return source
     line, what = 1, "is not text"
@@ -178,7 +178,7 @@ def _decoded(source: str | bytes, name: str) -> str:
         except UnicodeDecodeError as error:
             line = source.count(b"\n", 0, error.start) + 1
             what = f"has the byte 0x{source[error.start]:02X}, which is not UTF-8"
-    raise ScenarioError(name, [Mistake(line, "", f"the file {what} (save it as UTF-8 text)")])
+    raise ScenarioError.in_line(name, line, "", f"the file {what} (save it as UTF-8 text)")
 
 
 class _Reader:
