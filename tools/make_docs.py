@@ -1,4 +1,4 @@
-"""Makes what docs/ takes from elsewhere: pages from recorded figures, tables of keys from their records.
+"""Makes what docs/ takes from elsewhere: pages from recorded figures, tables of keys, names and templates.
 
     python tools/make_docs.py            writes the pages
     python tools/make_docs.py --check    writes nothing; exit code 1 where it would
@@ -6,7 +6,9 @@
 Figures are those that the benchmarks wrote to `benchmarks/results`, in the pages that have a template here, such as
 `accuracy.md.j2`. In all pages the rows behind a comment ``<!-- keys of FromRestData, window: WindowData -->`` are the
 keys of these records, by the sections ``Attributes`` of their docstrings; those of the second stand within `window`,
-below a line that says so.
+below a line that says so. Behind ``<!-- names of vireport.report.context.Report -->`` are the attributes and methods
+of that class, and behind ``<!-- heads of *.j2 -->`` the templates that the pattern names, by the first sentences of
+their docstrings and of the comments at their heads.
 """
 
 from __future__ import annotations
@@ -15,19 +17,22 @@ import json
 import re
 import sys
 from collections.abc import Iterable, Iterator
+from functools import cached_property
 from importlib import import_module
-from inspect import cleandoc
+from inspect import cleandoc, signature
 from pathlib import Path
+from types import FunctionType
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from msgspec.inspect import NoneType, Type, UnionType, type_info
 
 from vireport.base.records import ResultsBlock
 from vireport.study.result_records import ADDED
+from vireport.text.folders import ROOTS
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "benchmarks" / "results"
-TABLE = re.compile(r"(<!-- keys of (.+) -->\n)(?:\|.*\n)*")
+TABLE = re.compile(r"(<!-- (keys|names|heads) of (.+) -->\n)(?:\|.*\n)*")
 SAYS_NULL = re.compile(r"\bnull\b|\bas of\b", re.IGNORECASE)
 OF_SCENARIOS = "Keys"
 """With what the names of records end that are blocks of a scenario: docs/scenario.md has their keys."""
@@ -100,9 +105,42 @@ def table(listed: str) -> str:
     return "".join(f"| {' | '.join(line)} |\n".replace("  ", " ") for line in cells)
 
 
+def two_columns(head: str, rows: Iterable[tuple[str, str]]) -> str:
+    """A table of names as code, with what they are."""
+    lines = (f"| `{name}` | {text} |\n" for name, text in rows)
+    return f"| {head} | content |\n| --- | --- |\n" + "".join(lines)
+
+
+def names(place: str) -> str:
+    """Rows of the public attributes and methods of a class."""
+    module, _, name = place.rpartition(".")
+    kind = getattr(import_module(module), name)
+    texts = {name: text for keys, _, text in described(kind) for name in keys}
+    for base in reversed(kind.__mro__[:-2]):
+        for name, thing in vars(base).items():
+            if name.startswith("_") or not isinstance(thing, FunctionType | property | cached_property):
+                continue
+            called = f"({', '.join([*signature(thing).parameters][1:])})" if isinstance(thing, FunctionType) else ""
+            texts[f"{name}{called}"] = (thing.__doc__ or "").partition("\n")[0]
+    return two_columns("name", texts.items())
+
+
+def heads(pattern: str) -> str:
+    """Rows of the templates that a pattern names, by the first sentences of the comments at their heads."""
+    rows = {}
+    for root in ROOTS:
+        for file in root.glob(pattern):
+            head = re.match(r"{# (.+?\.)\s", file.read_text(encoding="utf-8"), re.DOTALL)
+            rows |= {file.relative_to(root).as_posix(): " ".join(head[1].split())} if head else {}
+    return two_columns("file", sorted(rows.items()))
+
+
+MADE = {"keys": table, "names": names, "heads": heads}
+
+
 def with_tables(before: str) -> str:
     """Text of a page, its tables made anew."""
-    return TABLE.sub(lambda found: found[1] + table(found[2]), before)
+    return TABLE.sub(lambda found: found[1] + MADE[found[2]](found[3]), before)
 
 
 def may_be_null(kind: Type) -> bool:
@@ -113,7 +151,8 @@ def may_be_null(kind: Type) -> bool:
 def undescribed(pages: str) -> Iterator[str]:
     """Keys that no docstring describes, or not when they are null, or that no record has; records without a table."""
     kinds = records()
-    entries = (entry for _, listed in TABLE.findall(pages) for entry in listed.split(", "))
+    listed = (names for _, made, names in TABLE.findall(pages) if made == "keys")
+    entries = (entry for names in listed for entry in names.split(", "))
     shown = {base.__name__ for entry in entries for base in kinds[entry.rpartition(": ")[2]].__mro__}
     for name, record in kinds.items():
         keys = [key for keys, *_ in described(record) for key in keys]

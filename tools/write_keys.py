@@ -1,10 +1,11 @@
-"""Writes what follows from the keys of a scenario: the JSON Schema that examples name, and tables of docs/scenario.md.
+"""Writes what follows from the keys of files: the JSON Schema that examples name, and tables of two pages of docs/.
 
-    python tools/write_keys.py            writes both
+    python tools/write_keys.py            writes all
     python tools/write_keys.py --check    writes nothing; exit code 1 where it would
 
 The rows behind a comment ``<!-- keys: device, excitation.harmonics.* -->`` are the keys of these blocks, each with its
-meaning, what it may be and its default. Blocks of additions that the page does not name stand behind the others.
+meaning, what it may be and its default. Blocks of additions that docs/scenario.md does not name stand behind its other
+blocks. docs/map.md has the keys of map files.
 """
 
 from __future__ import annotations
@@ -18,13 +19,15 @@ from vireport.base.encoding import json_text
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.json_schema import keys, schema
 from vireport.scenario.keys import added_keys
+from vireport.scenario.map_file import MapFile
 from vireport.scenario.messages import allowed
 
 ROOT = Path(__file__).resolve().parent.parent
 SCHEMA, PAGE = ROOT / "examples" / "scenario.schema.json", ROOT / "docs" / "scenario.md"
+PAGE_OF_MAPS = PAGE.with_name("map.md")
 TABLE = re.compile(r"(<!-- keys: (.+) -->\n)(?:\|.*\n)*")
 MARK = "<!-- blocks of additions, by tools/write_keys.py -->\n"
-DECLARED = keys(Scenario)
+DECLARED = keys(MapFile) | keys(Scenario)
 HEAD = "| key | meaning | what it may be | default |\n|---|---|---|---|\n"
 
 
@@ -61,11 +64,16 @@ def section(name: str) -> str:
     return f"\n## {block['title']}\n\n{block['description']}\n\n<!-- keys: {name} -->\n{table(name)}"
 
 
+def with_tables(before: str) -> str:
+    """Text of a page, its tables made anew."""
+    return TABLE.sub(lambda mark: mark[1] + table(mark[2]), before)
+
+
 def page(before: str) -> str:
-    """Text of the page, its tables made anew."""
+    """Text of the page on scenarios, its tables and the blocks of additions made anew."""
     described = before.partition(MARK)[0]
     sections = (section(name) for name in added_keys() if f"<!-- keys: {name}" not in described)
-    return "".join((TABLE.sub(lambda mark: mark[1] + table(mark[2]), described), MARK, *sections))
+    return "".join((with_tables(described), MARK, *sections))
 
 
 def main() -> int:
@@ -73,6 +81,7 @@ def main() -> int:
     made = {
         SCHEMA: json.dumps(schema(), indent=2, ensure_ascii=False) + "\n",
         PAGE: page(PAGE.read_text(encoding="utf-8")),
+        PAGE_OF_MAPS: with_tables(PAGE_OF_MAPS.read_text(encoding="utf-8")),
     }
     changed = {file: text for file, text in made.items() if file.read_text(encoding="utf-8") != text}
     for file, text in changed.items():

@@ -37,6 +37,16 @@ README = ROOT / "README.md"
 DOCS = sorted((ROOT / "docs").glob("*.md"))
 PAGES = [README, *DOCS, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+NOT_TYPED = (
+    r"<!-- (?:keys|names|heads).*? -->\n(?:\|.*\n)*",
+    r"(?s)^ *```\w*\n.*?^ *```$",
+    r"^ {4}.*$",
+    r"^\|.*\{\{.*\n",
+    r"(?s)<!--.*?-->|\{%.*?%\}",
+    r"(?<=\])\([^)]*\)",
+)
+"""Tables that are made, code and output, remarks and instructions of templates, and addresses of links."""
+SENTENCE_END = re.compile(r"(?<=[.!?])[\")*]* +(?=[A-Z`*\[])")
 COMMANDS = program()
 
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -48,6 +58,25 @@ def text_of(page: Path) -> str:
 
 def blocks(page: Path, language: str) -> list[str]:
     return [code for name, code in FENCED.findall(text_of(page)) if name == language]
+
+
+def words(text: str) -> list[str]:
+    return [word for word in text.split() if re.search(r"\w", word)]
+
+
+def typed(page: Path) -> str:
+    """What a person typed of a page: no code, no output, no table that is made, no address of a link."""
+    template = ROOT / "tools" / f"{page.name}.j2"
+    text = text_of(template if template.is_file() else page).partition("<!-- blocks of additions")[0]
+    for made in NOT_TYPED:
+        text = re.sub(made, "", text, flags=re.MULTILINE)
+    return re.sub(r"(?s)\{\{.*?\}\}", "1", text)
+
+
+def prose(text: str) -> list[str]:
+    """Paragraphs and items of lists, without headings, tables and pictures."""
+    parts = re.split(r"\n\s*\n|\n(?=\s*(?:-|\d+\.) )", text)
+    return [" ".join(part.split()) for part in parts if part.strip() and part.lstrip()[0] not in "|#!"]
 
 
 def rendered(page: Path) -> str:
@@ -169,7 +198,7 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_sources_that_are_named_exist(page: Path) -> None:
     folders = ("vireport", "templates", "tools", "tests", "benchmarks")
     files = [f"/{path.relative_to(ROOT).as_posix()}" for folder in folders for path in (ROOT / folder).rglob("*.*")]
-    for name in re.findall(r"[\w/]+\.(?:py|css|(?:html|typ)\.j2)\b", text_of(page)):
+    for name in re.findall(r"[\w/-]+\.(?:py|css|(?:html|typ)\.j2)\b", text_of(page)):
         assert any(file.endswith(f"/{name}") for file in files), name
 
 
@@ -321,4 +350,14 @@ def test_extras_that_are_named_exist() -> None:
 
 @pytest.mark.parametrize(("page", "most"), [("README.md", 700), ("CONTRIBUTING.md", 1200)])
 def test_what_is_read_first_is_read_in_minutes(page: str, most: int) -> None:
-    assert len([word for word in text_of(ROOT / page).split() if re.search(r"\w", word)]) <= most
+    assert len(words(text_of(ROOT / page))) <= most
+
+
+def test_the_docs_are_short_and_so_are_their_sentences() -> None:
+    texts = [typed(page) for page in DOCS]
+    assert sum(len(words(text)) for text in texts) <= 22_000
+    paragraphs = [paragraph for text in texts for paragraph in prose(text)]
+    assert [paragraph for paragraph in paragraphs if len(words(paragraph)) > 90] == []
+    sentences = [sentence for paragraph in paragraphs for sentence in SENTENCE_END.split(paragraph)]
+    assert len(sentences) > 1000
+    assert sum(len(words(sentence)) > 25 for sentence in sentences) <= 0.05 * len(sentences)

@@ -46,12 +46,15 @@ class ComparisonReport(Struct, frozen=True, eq=False):
     Attributes
     ----------
     comparison : Comparison
+        What `vireport.compare` returns.
     pictures : mapping of str to Picture
-        Of `compare_pictures`, by their names.
+        Figures by their names.
     provenance : Provenance
-        Of `comparison_provenance`.
+        Version, Python, libraries, command and timestamp.
     templates : Path, optional
-        A folder whose templates come before ours.
+        The user's folder, whose templates come before those of the package.
+    template : str
+        The template that the report begins with.
     """
 
     comparison: Comparison
@@ -62,7 +65,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
 
     @property
     def title(self) -> str:
-        """The names of the scenarios, where they are few."""
+        """Names of the scenarios or, if they are many, their number."""
         names = self.comparison.names
         few = len(names) <= FEW_NAMES
         return self._say(_said("title", listed(names) if few else _said("scenarios", len(names))))
@@ -72,27 +75,27 @@ class ComparisonReport(Struct, frozen=True, eq=False):
 
     @property
     def verdict(self) -> WordedOpening:
-        """Which scenario is best, and why."""
+        """What the page opens with: which scenario is best, and why."""
         worded = self.comparison.opening.worded(self.templates)
         facts = tuple((status, unmarked(text)) for status, text in worded.facts)
         return replace(worded, word=unmarked(worded.word), sentence=unmarked(worded.sentence), facts=facts)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What else is to be known of the ranking."""
+        """Remarks on the ranking."""
         return tuple(unmarked(self._say(remark)) for remark in remarks(self.comparison.ranking))
 
     def ranking(self) -> Table:
-        """The scenarios, the best first."""
+        """Table of the scenarios, the best first."""
         return _inert(ranking_table(self.comparison.ranking, self.templates))
 
     def margins(self) -> Table | None:
-        """The nearest end of stable motion along each input; None where no scenario has one."""
+        """Table of the nearest end of stable motion along each input; None where no scenario has one."""
         table = margins_table(self.comparison.ranking, self.templates)
         return None if table is None else _inert(table)
 
     def say(self, macro: str, *values: object) -> str:
-        """What a macro of the words of comparisons says."""
+        """What a macro of `words/compare.j2` says of some values."""
         return self._say(_said(macro, *values))
 
     @property
@@ -102,7 +105,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         return list(dict.fromkeys(sweep.parameter for sweep in sweeps if sweep is not None))
 
     def quantities(self) -> Iterator[Table]:
-        """What no other table has, a quantity in each row, with as many scenarios beside one another as fit."""
+        """Tables of the other quantities, one in each row, with as many scenarios beside one another as fit."""
         comparison, names = self.comparison, self.comparison.names
         chosen = [
             row for row in comparison.quantities if row.group not in IN_OTHER_TABLES and row.name != DESIGN_VOLTAGE.name
@@ -126,7 +129,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
             yield Table(unmarked(self._say(caption)), head, lines, "" if note is None else unmarked(self._say(note)))
 
     def settings(self) -> Iterator[Table]:
-        """The values by which scenarios differ: those run down, scenarios or keys, of which there are more."""
+        """Tables of the values by which scenarios differ; the more numerous, scenarios or keys, are the rows."""
         names, settings = tuple(map(unmarked, self.comparison.names)), self.comparison.settings
         keys = tuple(row.quantity for row in settings)
         cells = [[written(value) for value in row.values] for row in settings]
@@ -141,7 +144,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
             yield Table(caption, (*head, *numbers(*across[part])), rows)
 
     def alerts(self) -> Table | None:
-        """The alerts with the scenarios that raise them; None where there is none."""
+        """Table of the alerts with the scenarios that raise them; None without alerts."""
         names: dict[tuple[int, str, str, str], list[str]] = {}
         for name, study in self.comparison.by_name.items():
             for alert in study.alerts:
@@ -159,7 +162,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         return str(spoken(listed(names), self.templates))
 
     def left_out(self) -> Table:
-        """The table of figures that scenarios lack in the report, with the reasons."""
+        """Table of the figures that scenarios lack in the report, with the reasons."""
         figures: dict[tuple[Said, str], list[str]] = {}
         for figure in COMPARED_FIGURES:
             names: dict[Said, list[str]] = {}
@@ -178,7 +181,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
         return worded_table(self.say, "left_out", "tt", [*rows, *others])
 
     def origins(self) -> tuple[Table, Table]:
-        """The files of the scenarios with what was set over them, and their hashes."""
+        """Two tables: files of the scenarios with what was set over them, and their SHA-256."""
         loaded = {unmarked(name): study.loaded for name, study in self.comparison.by_name.items()}
         rows = [(name, _file(of.document.name), " ".join(of.overrides) or ABSENT) for name, of in loaded.items()]
         hashes = [(name, of.sha256) for name, of in loaded.items()]
@@ -186,7 +189,7 @@ class ComparisonReport(Struct, frozen=True, eq=False):
 
     @property
     def listing(self) -> str:
-        """The files, each once, as YAML documents; the one file as it stands."""
+        """Text of the scenario files, each once, as YAML documents."""
         documents = [study.loaded.document for study in self.comparison.studies]
         files = dict.fromkeys((_file(document.name), document.text) for document in documents)
         if len(files) == 1:

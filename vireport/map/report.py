@@ -28,14 +28,17 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
     Attributes
     ----------
     loaded : Loaded or LoadedMap
-        The file that it is of.
+        The scenario or map file.
     pictures : mapping of str to Picture
-        That of the first page is the first one.
+        Figures by their names, that of the first page first.
     provenance : Provenance
+        Version, file with its SHA-256, Python, libraries, command and timestamp.
     templates : Path or None
-        A folder whose templates come before ours.
-    words, section : str
-        The file of words, and the template of what fills the plane.
+        The user's folder, whose templates come before those of the package.
+    words : str
+        Name of the file of words.
+    section : str
+        The template that says what fills the plane.
     """
 
     loaded: Loaded | LoadedMap
@@ -49,22 +52,22 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def axes(self) -> tuple[Named, ...]:
-        """What the axes are called."""
+        """The inputs along the axes."""
         raise NotImplementedError
 
     @property
     def design(self) -> MapDesign | None:
-        """The design point; None where there is none."""
+        """The design point with its `inputs`, `inside`, `margins` and `study`; None without one."""
         raise NotImplementedError
 
     @property
     def verdict(self) -> WordedOpening:
-        """What the page opens with."""
+        """What the page opens with, in words: `sentence`, `status`, `facts` and `tiles`."""
         raise NotImplementedError
 
     @property
     def heading(self) -> str:
-        """What stands on top of the page."""
+        """The heading of the page."""
         raise NotImplementedError
 
     @property
@@ -78,7 +81,7 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def title(self) -> str:
-        """That of the file, "" where it has none."""
+        """Title of the file; "" without one."""
         return self.loaded.scenario.title or ""
 
     @property
@@ -88,26 +91,26 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def listing(self) -> str:
-        """The text of the file that the report prints."""
+        """Text of the file."""
         return self.loaded.document.text
 
     @property
     def exactness(self) -> Exactness:
-        """How exact all numbers are."""
+        """How exact the numbers are, which says how many digits are printed."""
         return exactness_of(self.design)
 
     @property
     def alerts(self) -> tuple[Alert, ...]:
-        """What must be known of the design point, as a run says it."""
+        """The alerts of a run of the design point."""
         return alerts_of(self.design)
 
     def say(self, macro: str, *values: object) -> str:
-        """What a macro of the words says."""
+        """What a macro of the words of the map says of some values."""
         return Words(self.words, self.templates)(macro, *values)
 
     @property
     def place(self) -> str:
-        """Where the design point is."""
+        """Where the design point is, in words."""
         values = self.design.inputs if self.design is not None else ()
         return ", ".join(varied.place(value) for varied, value in zip(self.axes, values, strict=False))
 

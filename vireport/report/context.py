@@ -1,6 +1,6 @@
 """What the templates of a report know: a study with its pictures and its origin, and what follows from them.
 
-Numbers are made here and texts in the templates; docs/templates.md lists the names with their units.
+Numbers are made here and texts in the templates; docs/templates.md lists the names by their docstrings.
 """
 
 from __future__ import annotations
@@ -50,17 +50,21 @@ class Report(Struct, frozen=True, eq=False, dict=True):
     Attributes
     ----------
     study : Study
+        What `vireport.analyse` returns.
     pictures : mapping of str to Picture
-        By their names.
+        Figures by their names, each with `name`, `number`, `title`, `caption` and `alt`.
     provenance : Provenance
+        Version, scenario with its SHA-256, Python, libraries, command and timestamp.
     changes : Table or None
-        What has changed since a baseline, without rows where nothing has; None without a baseline.
+        What has changed since a baseline, for `macros.table`; without rows where nothing has, None without a baseline.
     search : tuple of str and Table
-        Where the scenario is the best design: what it was looked for in, and with what evidence; else nothing.
+        Where the scenario is a best design: ranges and evidence of the search, for `macros.parts`; else empty.
     templates : Path or None
-        A folder whose words come before ours.
+        The user's folder, whose words come before those of the package.
+    template : str
+        The template that the report begins with.
     opens : Opening or None
-        What it opens with instead of what a run opens with.
+        What the report opens with, if that is not what a run opens with.
     """
 
     study: Study
@@ -75,7 +79,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def alerts(self) -> tuple[Alert, ...]:
-        """What must be known before acting on the numbers."""
+        """What must be known first: `code`, `severity`, `title`, `cause` and `remedy` of each alert."""
         return self.study.alerts
 
     @property
@@ -85,7 +89,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def title(self) -> str:
-        """Title of the scenario; free text, "" where it has none."""
+        """Title of the scenario, which is free text; "" without one."""
         return self.study.scenario.title or ""
 
     @cached_property
@@ -117,7 +121,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def solution(self) -> Solution:
-        """What the analytic theory says."""
+        """The solution by the analytic theory: device, sweep, critical points, stable ranges, design point, shaker."""
         return self.study.solution
 
     @property
@@ -127,22 +131,22 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def verdict(self) -> WordedOpening:
-        """What the report opens with, in words."""
+        """What the report opens with, in words: `sentence`, `status`, `facts` and `tiles`."""
         return (self.opens or self.study.opening).worded(self.templates)
 
     @property
     def proof(self) -> Picture | None:
-        """The picture of the first page: of all motions where another than the 1:1 motion is stable, else of that."""
+        """The picture of the first page: of the 1:1 motion or, where another motion is stable instead, of all."""
         of_others = ("figure-atlas",) if self.study.verdict.motion.data.instead else ()
         names = *of_others, "figure-answer", "figure-3", "figure-device"
         return next((self.pictures[name] for name in names if name in self.pictures), None)
 
     def say(self, words: str, macro: str, *values: object) -> str:
-        """What a macro of a file of words says of what it is given, with marks for `rich`."""
+        """What a macro of a file of words says of some values, with marks for `rich`."""
         return Words(words, self.templates)(macro, *values)
 
     def added_sections(self, within: str = "") -> list[str]:
-        """Templates of the sections of additions to the study, in the order of their rows.
+        """Templates of the sections of additions, in the order in which additions are listed.
 
         Parameters
         ----------
@@ -153,7 +157,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return [finding.section for finding in added if finding.section and finding.within == within]
 
     def added_parts(self, name: str) -> Mapping[str, Any]:
-        """Sentences and tables of the section of an addition, by their names; empty where it found nothing.
+        """Sentences and tables of the section of an addition (`name`) by their names; empty where it found nothing.
 
         Parameters
         ----------
@@ -170,23 +174,23 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def results(self) -> dict[str, Any]:
-        """The results as data, as results.json has them; of the families those that are shown."""
+        """`results.json` as data; of the families those that the page shows."""
         return results(self.study, self.provenance, printed=True)
 
     @property
     def explored(self) -> str:
-        """The command that opens the scenario to be changed by hand; "" where it was read from no file."""
+        """The command that opens the scenario in `vireport explore`; "" where it was read from standard input."""
         name, over = self.provenance.scenario_name, self.study.loaded.overrides
         options = chain.from_iterable(("--set", text) for text in over)
         return "" if name.startswith("<") else join(["vireport", "explore", name, *options])
 
     @property
     def listing(self) -> str:
-        """The text of the scenario file that the report prints."""
+        """Text of the scenario file."""
         return self.study.loaded.document.text
 
     def at_design(self) -> Iterator[tuple[Parameter, float]]:
-        """The parameters at the design point, in their units."""
+        """Pairs of parameter and value at the design point, in the units of scenarios."""
         for x in DRIVING:
             yield x, float(getattr(self.solution.device, x))
 
@@ -197,12 +201,12 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def nearest(self) -> Margin | None:
-        """The nearest end of the design point's stable motions."""
+        """The nearest end of stable motion: `parameter`, `event`, `label`, `distance` and `relative` [1]."""
         return self.design.nearest if self.design is not None else None
 
     @property
     def held_harmonics(self) -> list[tuple[int, float]]:
-        """Orders of the force's harmonics, and how far one per cent of the force more moves the nearest end at most."""
+        """Pairs: order of a harmonic of the force, and how far 1 % of the force more moves the nearest end at most."""
         nearest = self.nearest
         if nearest is None:
             return []
@@ -213,16 +217,16 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def tables(self) -> RunTables:
-        """The tables of its sections."""
+        """Tables of sections: one for `macros.table`, or several or none for `macros.parts`."""
         return RunTables(self.study, self.templates)
 
     @property
     def exactness(self) -> Exactness:
-        """How exact all numbers are that the model of rigid impacts gives: how many digits of them are printed."""
+        """How exact the numbers of the model of rigid impacts are, which says how many digits are printed."""
         return self.study.evidence.exactness
 
     def derived(self) -> tuple[dict[str, float], ...]:
-        """What follows at the design point, and at both ends of the sweep, as far as there are these."""
+        """x_c [m], y_c [m/s], t_c [s], groups and the shaker's demands, at the design point and ends of the sweep."""
         device, parameter, sweep = self.solution.device, self.solution.parameter, self.solution.sweep
         design = device.value_of(parameter)
         ends = () if sweep is None else (sweep.start, sweep.end)
@@ -231,11 +235,11 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def holds(self) -> Held | None:
-        """What the sweep holds of *d*, *ḡ* and their ratio."""
+        """What the sweep holds constant: `GBAR`, `RATIO` or `D` by its `name`."""
         return self.solution.diagram.curve.level.held if self.solution.diagram is not None else None
 
     def going_on(self) -> Iterator[tuple[float, Point]]:
-        """Ends of the sweep beyond which stable motion goes on, and the critical point that ends it there."""
+        """Pairs: an end of the sweep beyond which stable motion goes on, and the critical point that ends it there."""
         for part, beyond in zip(self.solution.stable_ranges, self.solution.beyond, strict=True):
             for (value, _), point in zip(part.ends, beyond, strict=True):
                 if point is not None:
@@ -243,7 +247,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def paper(self) -> tuple[str | Table, ...]:
-        """The paper's numbers beside ours, where the scenario is one of its own; () elsewhere."""
+        """The paper's numbers beside ours, for `macros.parts`; empty where the scenario is none of the paper's."""
         compared = compare_with_paper(self.solution)
         return () if compared is None else paper_section(compared, self.templates)
 
@@ -253,12 +257,12 @@ class Report(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def not_found(self) -> list[str]:
-        """The motions that `motions.portraits` names and that are not among those found."""
+        """What `motions.portraits` names and is not among the motions found."""
         atlas, block = self.study.atlas, self.study.scenario.motions
         return [] if atlas is None or block is None else [x for x in block.portraits if atlas.named(x) is None]
 
     def rungs(self) -> tuple[Rung, ...]:
-        """What the stable motions of each impact sequence generate at most, the most per second first."""
+        """What the stable motions of each word generate at most, the most per second first [V, V/s, 1/s]."""
         if self.study.atlas is None:
             return ()
         return ladder(self.study.atlas.printed_families, self.solution.membrane)

@@ -58,15 +58,26 @@ class MapBlock(Block):
         Sampling.GRID,
         "Sampling",
         "",
-        "Every combination of the values (grid), the values side by side (list), or points between from and to.",
+        "Every combination of the values (grid), the first values of all axes, then the second ones, and so on (list), "
+        "or points between from and to (latin_hypercube, sobol).",
         strict=False,
     )
     samples: int | None = key(
-        None, "Samples", "1", "Number of points, where they are not a grid.", example=4096, ge=1, le=2**30
+        None,
+        "Samples",
+        "1",
+        "Number of points for latin_hypercube, at most 4194304, and for sobol, a power of 2.",
+        example=4096,
+        ge=1,
+        le=2**30,
     )
-    seed: int = key(0, "Seed", "", "Of the points, where they are not a grid.", ge=0, le=2**32 - 1)
-    simulate: MapSimulationBlock | None = key(None, "Simulation", "", "Left out, nothing is simulated.")
-    from_rest: bool = key(False, "From rest", "", "Whether to tell what each cell comes to when it is switched on.")
+    seed: int = key(0, "Seed", "", "Seed of the points of latin_hypercube and sobol.", ge=0, le=2**32 - 1)
+    simulate: MapSimulationBlock | None = key(
+        None, "Simulation", "", "The simulation of each cell. Left out, nothing is simulated."
+    )
+    from_rest: bool = key(
+        False, "From rest", "", "Whether to say what each cell comes to when it is switched on from rest."
+    )
     shock: bool = key(
         False,
         "Shock",

@@ -36,8 +36,11 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
     Attributes
     ----------
     plan : MapPlan
+        Axes, sampling and device of the map.
     findings : MapFindings
+        Counts of the cells by what they hold, and their largest values.
     design : MapDesign or None
+        The design point with its `inputs`, `inside`, `margins` and `study`; None without one.
     """
 
     plan: MapPlan
@@ -59,13 +62,13 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
 
     @property
     def motion_name(self) -> str:
-        """That of 1:1 motions, of which alone cells are, where one is stable at the design point."""
+        """Name of the 1:1 motion, if it is stable at the design point; else ""."""
         design = None if self.design is None or self.design.study is None else self.design.study.solution.design
         return self.say("motion_name") if design is not None and design.motions.stable_mask.any() else ""
 
     @cached_property
     def verdict(self) -> WordedOpening:
-        """That of a run of the design point; without one, what the cells hold."""
+        """What the page opens with: as a run of the design point or, without one, what the cells hold."""
         if self.design is not None and self.design.study is not None:
             return self.design.study.opening.worded(self.templates)
         findings = self.findings
@@ -76,12 +79,12 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         return Opening(Status.NEUTRAL, _said("word"), headline, facts).worded(self.templates)
 
     def cells(self) -> Table:
-        """Cells by the type of their motion."""
+        """Table of the numbers of cells by the type of their motion."""
         counts = [(self.say("kind", kind), self.findings.stability[kind]) for kind in (*STABILITIES, None)]
         return worded_table(self.say, "cells", "tnn", self._counted(counts))
 
     def values(self) -> Iterator[Table]:
-        """Where values are largest and, where that was asked for, what cells come to from rest."""
+        """Tables of the largest values and, where asked for, of what cells come to from rest."""
         findings, heads = self.findings, [axis.head for axis in self.axes]
         if findings.largest:
             rows = [
@@ -103,7 +106,7 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         return [(capital(name), f"{count:,}", self.say("share", count, self.findings.cells)) for name, count in counts]
 
     def left_out(self) -> Table:
-        """What the report on a map lacks, with the reasons."""
+        """Table of what the report lacks, with the reasons."""
         given = {
             "motions": False,
             "figures": bool(self.pictures),

@@ -34,6 +34,7 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
     Attributes
     ----------
     chart : Chart
+        Plane, curves (`loci`), points (`meetings`), regions, design point and limits.
     """
 
     chart: Chart
@@ -48,7 +49,7 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
 
     @property
     def design(self) -> MapDesign | None:
-        """The design point in the plane."""
+        """The design point in the plane, with its `inputs`, `inside`, `margins` and `study`; None without one."""
         return self.chart.design
 
     @property
@@ -63,7 +64,7 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
 
     @property
     def verdict(self) -> WordedOpening:
-        """What it opens with: of a stable 1:1 motion at the design point that is what a run says of it."""
+        """What the page opens with: as a run, where a 1:1 motion is stable at the design point."""
         return chart_opening(self.chart, self.named).worded(self.templates)
 
     @property
@@ -113,11 +114,11 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
         return self.say(ENDS[event]) if event in ENDS else self.say("end", event)
 
     def points(self) -> Table:
-        """The points of codimension two."""
+        """Table of the points of codimension two."""
         return points_table(self.chart, self.templates)
 
     def curves(self) -> Iterator[str | Table]:
-        """The loci on which stable motions end, by their numbers in chart.json."""
+        """Table of the curves on which stable motions end, by their numbers in chart.json."""
         rows = [
             (
                 str(number),
@@ -136,7 +137,7 @@ class ChartReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
             yield self.say("no_curves")
 
     def left_out(self) -> Table:
-        """What the report on a chart lacks, with the reasons."""
+        """Table of what the report lacks, with the reasons."""
         chart, swept = self.chart, self.chart.plane.swept
         lacking = [
             _said("lacks_motions", chart.limits) if swept else _said("lacks_words"),
