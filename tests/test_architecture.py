@@ -190,10 +190,18 @@ def test_every_dependency_has_its_reason() -> None:
     assert {name for row in rows if row for name in row.split("|")[1].strip().split(", ")} == names
 
 
+def test_names_of_files_are_such_as_every_system_has() -> None:
+    """Windows cannot check out others, and `uv build` takes none of them from the sdist."""
+    folders = (ROOT / name for name in ("vireport", "templates", "tests", "examples", "docs", "tools", "benchmarks"))
+    names = [path.name for folder in folders for path in folder.rglob("*")]
+    assert [name for name in names if re.search(r'[<>:"\\|?*]', name)] == []
+
+
 def test_what_is_cited_is_this_version() -> None:
     cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
     project = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]
     assert cited["version"] == vireport.__version__
+    assert f"\n## [{cited['version']}] - {cited['date-released']}\n" in text_of(ROOT / "CHANGELOG.md")
     assert (cited["title"], cited["abstract"]) == (project["name"], project["description"])
     assert (cited["license"], cited["keywords"]) == (project["license"], project["keywords"])
     assert cited["authors"][0]["name"].removeprefix("The ") in text_of(ROOT / "LICENSE")

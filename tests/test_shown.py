@@ -142,7 +142,7 @@ SCENARIOS: dict[str, tuple[str, dict[str, object]]] = {
          **required(crosscheck_passed=True, margin_period_doubling_percent=20, force_at_most_n=3.8),
          **required(stroke_at_most_m=0.6)},
     ),
-    "no stable 1:1 motion, and another one from rest": (
+    "no stable 1 to 1 motion, and another one from rest": (
         "design-point",
         {"inclination_deg": 45, "device.length_m": 0.31, "device.restitution": 0.49, "disturbances.prove": True},
     ),
@@ -164,7 +164,7 @@ LONG = {
     SIMULATED,
     "a slow sweep, simulated",
     "horizontal, no design point, other sequences",
-    "no stable 1:1 motion, and another one from rest",
+    "no stable 1 to 1 motion, and another one from rest",
 }
 """Scenarios that take a second or more."""
 
