@@ -11,7 +11,7 @@ from figure_cases import assert_readable, boxes_of
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vireport.figures.alongside import Paper, around, beside, covered
+from vireport.figures.alongside import Paper, around, covered, near_bar
 from vireport.figures.labels import Label, write_labels
 from vireport.figures.layout import (
     Entry,
@@ -228,7 +228,7 @@ def test_a_name_along_a_curve_has_its_slope_and_stands_beside_its_middle(paper, 
     line = np.array([[0.0, ends[0]], [4.0, ends[1]]])
     paper.draw(line)
     cloud = np.concatenate(paper.solid)
-    assert paper.write("fold of BT", paper.along(line, "fold of BT"))
+    assert paper.write("fold of BT", paper.near_curve(line, "fold of BT"))
     text, x, y, turned = only(paper)
     assert (text, turned % 360) == ("fold of BT", pytest.approx(angle % 360, abs=0.01))
     off = np.hypot(*(cloud - (x, y)).T).min()
@@ -241,13 +241,13 @@ def test_a_name_goes_where_no_other_curve_is_and_has_no_place_where_they_are_all
     line = np.array([[0.0, 15.0], [4.0, 15.0]])
     paper.draw(line)
     paper.draw([[2.0, 0.0], [2.0, 30.0]])
-    assert paper.write("period doubling", paper.along(line, "period doubling"))
+    assert paper.write("period doubling", paper.near_curve(line, "period doubling"))
     assert abs(only(paper)[1] - 2) > 0.5
     for x in np.arange(0.0, 4.0, 0.3):
         paper.draw([[x, 0.0], [x, 30.0]])
-    assert not paper.write("fold of BBT", paper.along(line, "fold of BBT"))
+    assert not paper.write("fold of BBT", paper.near_curve(line, "fold of BBT"))
     assert not paper.write(
-        "too long a name for a short curve", paper.along([[1.0, 5.0], [1.2, 5.0]], "too long a name")
+        "too long a name for a short curve", paper.near_curve([[1.0, 5.0], [1.2, 5.0]], "too long a name")
     )
 
 
@@ -256,7 +256,7 @@ def test_a_name_crosses_thin_lines_only_where_there_is_no_other_place(paper) -> 
     paper.draw(line)
     for x in (1.8, 2.0, 2.2):
         paper.draw([[x, 0.0], [x, 30.0]], thin=True)
-    assert paper.write("fold of BT", paper.along(line, "fold of BT"))
+    assert paper.write("fold of BT", paper.near_curve(line, "fold of BT"))
     assert abs(only(paper)[1] - 2) > 0.5
 
 
@@ -283,7 +283,7 @@ def test_the_parts_of_an_area_have_its_name_where_it_fits(paper) -> None:
 
 def test_places_are_the_nearest_first() -> None:
     at = np.array([2.0, 2.0])
-    (x, y, _), *_ = beside(at, np.array([3.0, 2.0]), "+1 m")
+    (x, y, _), *_ = near_bar(at, np.array([3.0, 2.0]), "+1 m")
     assert x == pytest.approx(2.5)
     assert y > 2.0
     apart = [np.hypot(x - 2.0, y - 2.0) for x, y, _ in around(at, "a")]

@@ -99,7 +99,7 @@ class Paper(Struct, eq=False):
             self.draw([at, end])
         self.block((float(cross[0]), float(cross[1]), 0.0), np.full(2, CROSS / 144))
         for text, end in zip(margins, ends, strict=True):
-            self.write(text, beside(cross, self.inches(end), text), **look)
+            self.write(text, near_bar(cross, self.inches(end), text), **look)
         return self.write(name, around(cross, name), **look)
 
     def name(self, area: NDArray[np.bool_], text: str, every: bool = True, **look: Any) -> bool:
@@ -145,7 +145,7 @@ class Paper(Struct, eq=False):
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         self.solid.append(grid @ _turn(-place[2]) + np.array(place[:2]))
 
-    def along(self, points: Any, text: str) -> Iterator[Place]:
+    def near_curve(self, points: Any, text: str) -> Iterator[Place]:
         """Places along a curve, on either side of it, from its middle on; NaN breaks it."""
         width, height = half_of(text, sheet().small)
         length, off = 2 * width, height + 1.5 * GAP
@@ -174,7 +174,7 @@ def half_of(text: str, size: float) -> Floats:
     return np.array([len(text) * PER_LETTER * size, size]) / 144
 
 
-def beside(at: Floats, end: Floats, text: str) -> Iterator[Place]:
+def near_bar(at: Floats, end: Floats, text: str) -> Iterator[Place]:
     """Places of a horizontal name beside a level or an upright bar, near its middle."""
     half = half_of(text, sheet().small) + 1.6 * GAP
     level = abs(end[1] - at[1]) < abs(end[0] - at[0])

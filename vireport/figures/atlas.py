@@ -26,6 +26,7 @@ from vireport.figures.layout import (
     prefix,
     sweep_axis,
 )
+from vireport.figures.measured import draw_speeds
 from vireport.figures.style import (
     DASHED,
     Color,
@@ -118,7 +119,7 @@ def figure_atlas(study: Study, atlas: Atlas) -> Figure:
             _draw(axes, axis, family, np.abs(family.velocity), looks)
         if simulated:
             axes.add_artist(Line2D(*(np.concatenate(column) for column in zip(*simulated, strict=True)), **SIMULATED))
-        entries = _measured(axes, axis, study)
+        entries = draw_speeds(axes, study.measured, axis.of_value)
         labels = _vertices(axes, axis, families, _drawn_vertices(atlas))
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
@@ -231,16 +232,6 @@ def figure_ladder(study: Study, atlas: Atlas, membrane: Membrane) -> Figure:
         height = RUNG_HEIGHT * len(rows) + AXES_HEIGHT
         head = [(conditions(study), Color.BLACK)]
         return finished(figure, height, head, _legends(looks, families, []), aligned=panels[:, 0])
-
-
-def _measured(axes: Axes, axis: SweepAxis, study: Study) -> list[Entry]:
-    """Draw the velocities of measured impacts, and return their entries in the legend."""
-    if not study.measured:
-        return []
-    from vireport.figures.measured import draw, impact_marks, legend, speed
-
-    draw(axes, impact_marks(study.measured, speed, (Color.BLACK, Color.BLACK)), axis.of_value)
-    return legend(study.measured)
 
 
 def _looks(axis: SweepAxis, families: Sequence[Family]) -> dict[str, Look]:

@@ -41,6 +41,7 @@ from vireport.figures.style import (
     style,
 )
 from vireport.figures.ticks import set_ticks
+from vireport.motions.atlas.portraits import portrait_of
 from vireport.motions.one_to_one import ball_path
 from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
@@ -104,8 +105,6 @@ def drawn_motion(study: Study) -> tuple[str, bool, DrawnCurve] | None:
     motions = design.motions
     stable = motions.admissible_mask & motions.stable_mask
     if atlas is not None and not stable.any() and (others := atlas.stable_at(design.value)):
-        from vireport.motions.atlas.portraits import portrait_of
-
         _, motion = others[0]
         portrait = portrait_of(model_of(atlas.sweep, ARRAYS), motion, "")
         word = motion.word.letters

@@ -20,6 +20,7 @@ from vireport.figures.layout import (
     finished,
     fit_vertically,
 )
+from vireport.figures.measured import draw_speeds
 from vireport.figures.style import (
     Color,
     Look,
@@ -75,7 +76,7 @@ def figure_hysteresis(study: Study, slowly: Hysteresis) -> Figure:
             axes.axvspan(*(drawing.axis.of_value(end) for end in (loop.low, loop.high)), **BAND)
         for direction, course in slowly.courses.items():
             _draw(axes, drawing.axis, course, LOOKS[direction])
-        entries = _measured(axes, drawing)
+        entries = draw_speeds(axes, study.measured, drawing.axis.of_value)
         axes.set_ylabel("impact velocity |Ż| [–]")
         fit_vertically([axes])
         drawing.axis.dress([axes])
@@ -85,17 +86,6 @@ def figure_hysteresis(study: Study, slowly: Hysteresis) -> Figure:
         notes: list[Entry] = [("stable motion, analytic", STABLE)] if stable_curves else []
         heading, legends = [(conditions(study), Color.BLACK)], [[*ways, *notes, *entries]]
         return finished(figure, HEIGHT + AXES_HEIGHT, heading, legends, [(axes, labels)])
-
-
-def _measured(axes: Axes, drawing: Drawing) -> list[Entry]:
-    """Draw the velocities of measured impacts, and return their entries in the legend."""
-    records = drawing.study.measured
-    if not records:
-        return []
-    from vireport.figures.measured import draw, impact_marks, legend, speed
-
-    draw(axes, impact_marks(records, speed, (Color.BLACK, Color.BLACK)), drawing.axis.of_value)
-    return legend(records)
 
 
 def _stable(drawing: Drawing) -> list[DrawnCurve]:

@@ -131,6 +131,12 @@ def draw(
             axes.update_datalim(np.column_stack([x[seen], mark.y[seen]]))
 
 
+def draw_speeds(axes: Axes, records: Sequence[MeasuredAt], place: Callable[[float], float]) -> list[Entry]:
+    """Draw the speeds of measured impacts, see `draw`; give their entries in the legend."""
+    draw(axes, impact_marks(records, speed, (Color.BLACK, Color.BLACK)), place)
+    return legend(records)
+
+
 def bars(axes: Axes, x: Floats, y: Floats, error: Floats | None, look: Look, across: bool = False) -> None:
     """Draw points of one look with 95 % error bars of their standard errors, across or upright, or without."""
     if error is not None:

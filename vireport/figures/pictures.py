@@ -16,6 +16,7 @@ from vireport.figures.portraits import portraits_picture
 from vireport.figures.style import Picture, Sheet, drawn_for
 from vireport.figures.style import style as styled
 from vireport.figures.sweeps import figure_2, figure_4, figure_7
+from vireport.motions.atlas.portraits import portrait_of
 from vireport.motions.families import Atlas
 from vireport.motions.periodicity import model_of
 from vireport.physics.numbers import ARRAYS
@@ -124,8 +125,6 @@ def _atlas(study: Study, templates: Path | None) -> Iterator[Picture]:
 
 def _named(study: Study, families: Atlas, names: tuple[str, ...], templates: Path | None) -> Iterator[Picture]:
     """The motions that a scenario names, as far as there are such."""
-    from vireport.motions.atlas.portraits import portrait_of
-
     model, swept = model_of(families.sweep, ARRAYS), families.sweep.parameter
     named = ((name, families.named(name)) for name in names)
     chosen = ((f"{name}, {swept.place(at[0], OF_A_MODEL)}", at[1]) for name, at in named if at is not None)

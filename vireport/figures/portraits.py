@@ -26,6 +26,7 @@ from vireport.figures.layout import (
     title,
     widened,
 )
+from vireport.figures.measured import LOOSE, MOST_LOOSE, bars
 from vireport.figures.style import (
     GUIDE,
     WIDTH,
@@ -99,13 +100,6 @@ MEASURED: Look = {
     "linestyle": "none", "marker": "D", "markersize": 3.4, "markeredgewidth": 0.9, "color": Color.VERMILION,
     "markerfacecolor": "white", "zorder": 4.2,
 }  # fmt: skip
-LOOSE: Look = {
-    "marker": ".",
-    "markersize": 1.8,
-    "markeredgewidth": 0,
-    "markerfacecolor": Color.VERMILION,
-    "zorder": 3.1,
-}
 IMPACTS: list[Entry] = [("impact, bottom", BOTTOM_IMPACT), ("impact, top", TOP_IMPACT)]
 
 
@@ -167,7 +161,7 @@ def portrait_facts(name: Task, portraits: Sequence[Portrait], held: Sequence[str
     """What one of these figures shows, for its words."""
     columns = 1 if name == Task.FIGURE_6 else 2
     panels = [[letter_of(columns * k + column) for column in range(columns)] for k in range(len(portraits))]
-    motions = [{"panels": panel, **_shown(portrait)} for panel, portrait in zip(panels, portraits, strict=True)]
+    motions = [{"panels": panel, **_facts_of(portrait)} for panel, portrait in zip(panels, portraits, strict=True)]
     return {"held": held, "motions": motions, "measured": 0}
 
 
@@ -332,8 +326,6 @@ def _measured_entries(measured: Sequence[DrawnImpacts | None]) -> list[Entry]:
 
 def _measured_states(left: Axes, right: Axes, portrait: Portrait, impacts: DrawnImpacts) -> None:
     """Mark the velocities just before and just after measured impacts, over the position and over time."""
-    from vireport.figures.measured import LOOSE, MOST_LOOSE, bars
-
     (before, after), errors = impacts.values[:2], impacts.errors[:2]
     look = MEASURED if impacts.repeats else MEASURED | LOOSE | {"markerfacecolor": MEASURED["color"]}
     rows = slice(None) if impacts.repeats else slice(-MOST_LOOSE, None)
@@ -348,8 +340,6 @@ def _measured_states(left: Axes, right: Axes, portrait: Portrait, impacts: Drawn
 
 def _measured_displacements(axes: Axes, portrait: Portrait, impacts: DrawnImpacts, mass_ratio: float) -> None:
     """Mark when measured impacts were, on the end of the capsule that they hit; bars are of the time."""
-    from vireport.figures.measured import bars
-
     if impacts.repeats and moves(portrait):
         t, places = measured_times(portrait, impacts)
         x = capsule(portrait, t, mass_ratio) - impacts.walls[places] * portrait.d / 2
@@ -513,7 +503,7 @@ def short(word: str) -> str:
     return f"{word[:LONGEST_WORD]}… ({len(word.replace('~', ''))})"
 
 
-def _shown(portrait: Portrait) -> dict[str, Any]:
+def _facts_of(portrait: Portrait) -> dict[str, Any]:
     """What a motion is told by: a periodic one by its impact speeds, the first on the bottom, and the phase of that."""
     attractor = portrait.attractor
     facts = {"setting": setting(portrait), "motion": motion_words(portrait), "cycle": attractor.cycle, "lyapunov": None}

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from vireport.design.from_rest import Destination
 from vireport.design.outcomes_from_rest import OutcomeRange
 from vireport.design.point import DesignPoint
-from vireport.figures import curves
+from vireport.figures import curves, measured
 from vireport.figures.captions import LAMBDA_LIMIT
 from vireport.figures.curves import (
     CUT_DISTANCE,
@@ -66,7 +66,6 @@ from vireport.study.study import Study
 from vireport.text.formatting import MINUS, PREFIXES
 
 if TYPE_CHECKING:
-    from vireport.figures.measured import Marks
     from vireport.study.measured import MeasuredAt
 
 # Width tells the two impacts apart where colour does not, and where one curve lies on the other.
@@ -343,7 +342,7 @@ class _Row(Struct, frozen=True):
         Where the axis begins, if it is that of an angle [rad].
     sides : tuple of int, optional
         Which curves are of the bottom and of the top impact, where both may be one.
-    measured : callable
+    marks_of : callable
         What is drawn of measured motions.
     branches : bool
         Whether the names of branches are written along their curves.
@@ -358,7 +357,7 @@ class _Row(Struct, frozen=True):
     bounds: tuple[float, ...] = ()
     cut: float | None = None
     sides: tuple[int, int] | None = None
-    measured: Callable[[Sequence[MeasuredAt]], Iterable[Marks]] = lambda known: ()
+    marks_of: Callable[[Sequence[MeasuredAt]], Iterable[measured.Marks]] = lambda records: ()
     branches: bool = False
 
 
@@ -385,9 +384,7 @@ def _draw(axes: Axes, row: _Row, drawing: Drawing, named: Sequence[DrawnPoint], 
             _plot(axes, [(drawing.axis.of(drawing.simulated), y)], look)
     _mark_design(axes, row, drawing)
     if drawing.study.measured:
-        from vireport.figures.measured import draw
-
-        draw(axes, row.measured(drawing.study.measured), drawing.axis.of_value, row.limits)
+        measured.draw(axes, row.marks_of(drawing.study.measured), drawing.axis.of_value, row.limits)
     return _mark_critical_points(axes, row, drawing, named, linked)
 
 
@@ -420,11 +417,11 @@ def _branch_labels(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[La
 def _named(rows: Sequence[_Row], row: _Row, drawing: Drawing) -> list[DrawnPoint]:
     """The critical points whose labels are in a row, which is the first from the top that shows them."""
 
-    def shown(row: _Row, event: DrawnPoint) -> bool:
+    def is_in(row: _Row, event: DrawnPoint) -> bool:
         low, high = row.limits
         return any(low <= y[i] <= high for branch, i in event.places for y in row.values(drawing, branch))
 
-    return [event for event in drawing.events if next((x for x in rows if shown(x, event)), None) is row]
+    return [event for event in drawing.events if next((x for x in rows if is_in(x, event)), None) is row]
 
 
 def fit_angles(axes: Axes, cut: float) -> None:
@@ -606,10 +603,9 @@ def _rows(figure: Task, drawings: Sequence[Drawing]) -> FigureRows:
 def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
     cut = curves.phase_cut(part for drawing in drawings for part in drawing.parts)
 
-    def marks(k: int, records: Sequence[MeasuredAt]) -> Iterable[Marks]:
-        from vireport.figures.measured import flight, impact_marks, phase, speed
-
-        return impact_marks(records, (speed, lambda record: phase(record, cut), flight)[k], (Color.BLUE, Color.GREEN))
+    def marks(k: int, records: Sequence[MeasuredAt]) -> Iterable[measured.Marks]:
+        of_row = (measured.speed, lambda record: measured.phase(record, cut), measured.flight)[k]
+        return measured.impact_marks(records, of_row, (Color.BLUE, Color.GREEN))
 
     def row(k: int, label: str, phases: bool = False) -> _Row:
         return _Row(
@@ -622,7 +618,7 @@ def _rows_2(drawings: Sequence[Drawing]) -> FigureRows:
             lambda impacts: impacts.pairs(cut)[k],
             cut=cut if phases else None,
             sides=None if phases else (0, 1),
-            measured=lambda records: marks(k, records),
+            marks_of=lambda records: marks(k, records),
         )
 
     rows = [
@@ -661,7 +657,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
         (ALIKE["color"],),
         limits=(-np.inf, highest) if least < highest else EVERYTHING,
         bounds=(0.0,),
-        measured=_discriminants,
+        marks_of=measured.discriminant_marks,
         branches=True,
     )
     eigenvalue = _Row(
@@ -671,7 +667,7 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
         (ALIKE["color"], ALIKE["color"]),
         limits=(-LAMBDA_LIMIT, LAMBDA_LIMIT),
         bounds=(-1.0, 1.0),
-        measured=_eigenvalues,
+        marks_of=measured.eigenvalue_marks,
         branches=True,
     )
     legend = stability_legend(drawings)
@@ -684,26 +680,10 @@ def _rows_4(drawings: Sequence[Drawing]) -> FigureRows:
     return [discriminant, eigenvalue], [legend]
 
 
-def _discriminants(records: Sequence[MeasuredAt]) -> Iterable[Marks]:
-    from vireport.figures.measured import discriminant_marks
-
-    return discriminant_marks(records)
-
-
-def _eigenvalues(records: Sequence[MeasuredAt]) -> Iterable[Marks]:
-    from vireport.figures.measured import eigenvalue_marks
-
-    return eigenvalue_marks(records)
-
-
 def _measured_legend(drawings: Sequence[Drawing], one_to_one: bool = False) -> list[Entry]:
     """What was measured, or the 1:1 motions of it."""
     records = [at for drawing in drawings for at in drawing.study.measured if at.multipliers or not one_to_one]
-    if not records:
-        return []
-    from vireport.figures.measured import legend
-
-    return legend(records)
+    return measured.legend(records)
 
 
 def _rows_7(drawings: Sequence[Drawing]) -> FigureRows:

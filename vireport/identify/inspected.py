@@ -93,8 +93,8 @@ def figure_of(inspection: Inspection) -> Figure:
             rows = drawn_rows(values, np.flatnonzero(np.isfinite(values)))
             gaps = () if clock is None else clock.gaps
             at = np.searchsorted(times[rows], gaps)  # where samples are missing there is no line
-            along, height = np.insert(times[rows], at, gaps), np.insert(values[rows], at, np.nan)
-            axes.plot(along, height, color=Color.BLUE, linewidth=0.6)
+            x, y = np.insert(times[rows], at, gaps), np.insert(values[rows], at, np.nan)
+            axes.plot(x, y, color=Color.BLUE, linewidth=0.6)
             unit = f" [{column.title.unit}]" if column.title.unit else ""
             title(axes, literal(f"{column.number}: {visible(column.title.name, LONGEST_NAME)}{unit}"))
         panels[-1, 0].set_xlabel("sample" if clock is None else "time [s]")

@@ -30,18 +30,18 @@ def panel_height() -> float:
     return HEIGHT * min(1.0, sheet().width / 5)
 
 
-def plane_panel(plane: Plane, beside: float = 0.0) -> tuple[NotebookFigure, Axes]:
+def plane_panel(plane: Plane, scale_width: float = 0.0) -> tuple[NotebookFigure, Axes]:
     """A figure with the axes of a plane: its ranges, round ticks, and names with symbols and units.
 
     Parameters
     ----------
     plane : Plane
-    beside : float
+    scale_width : float
         Width that a scale of colours takes beside the panel [in].
     """
     figure, ((axes,),) = blank(1)
     axes.set(xlim=(plane.low[0], plane.high[0]), ylim=(plane.low[1], plane.high[1]))
-    for axis, k, room in ((axes.xaxis, 0, sheet().across - beside), (axes.yaxis, 1, panel_height())):
+    for axis, k, room in ((axes.xaxis, 0, sheet().across - scale_width), (axes.yaxis, 1, panel_height())):
         axis.set_ticks(*round_ticks(float(plane.low[k]), float(plane.high[k]), room))
         axis.set_label_text(plane.inputs[k].label)
     return figure, axes

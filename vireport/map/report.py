@@ -119,11 +119,11 @@ class MapReport(Struct, frozen=True, eq=False, dict=True):
         """Where the motion of the design point ends along the axes; None where no end is known."""
         if self.design is None or not self.design.margins:
             return None
-        said, known = Words("map", self.templates), self.exactness
+        said = Words("map", self.templates)
         rows = tuple(
             (
                 self.axes[margin.axis].quantity,
-                self.axes[margin.axis].show(margin.value, known),
+                self.axes[margin.axis].show(margin.value, self.exactness),
                 self.axes[margin.axis].signed(margin.distance),
                 percent(margin.relative, signed=True),
                 said("handover" if margin.taken_over else "end", margin.event),

@@ -490,8 +490,8 @@ def _of_sample(name: str, table: RecordedTable, signal: _Signal, row: int, messa
         number = float(table.columns[signal.column][row])
         return _refused(name, visible(title), f"sample {row + 1}, {number!r}, {message}")
     line, cell = table.located(row)
-    shown = visible(cell(signal.column)[:LONGEST_TITLE])
-    return ScenarioError.in_line(name, line, visible(title[:LONGEST_TITLE]), f"'{shown}' {message}")
+    cell_text = visible(cell(signal.column)[:LONGEST_TITLE])
+    return ScenarioError.in_line(name, line, visible(title[:LONGEST_TITLE]), f"'{cell_text}' {message}")
 
 
 class _RunsBack(Exception):

@@ -264,8 +264,8 @@ def _mapped(name: str, data: bytes, keys: LayoutBlock, swept: Sweepable | None) 
         for line, row in enumerate(data.decode("utf-8", "replace").split("\n"), 1)
         if line > text.first
     )
-    known = {*COLUMNS, *(() if swept is None else (swept.parameter.value,))}
-    places = {title: k for title, k in places.items() if title in known}
+    allowed = {*COLUMNS, *(() if swept is None else (swept.parameter.value,))}
+    places = {title: k for title, k in places.items() if title in allowed}
     return _Layout(places, tuple(x for x in UNUSED if x in places), text.cells, unit, text.decimal), rows
 
 

@@ -286,8 +286,8 @@ def find_layout(name: str, lines: Sequence[str], keys: LayoutBlock) -> TextLayou
     agreeing = [way for way in ways if _names_fit(lines, way)]
     best = (agreeing or ways)[0]
     if any(_differ(lines, best, way) for way in (agreeing or ways)[1:]):
-        shown = visible(lines[best.first][:LONGEST_TITLE])
-        message = f"'{shown}' can be read in two ways: commas between columns, or decimal commas"
+        line_text = visible(lines[best.first][:LONGEST_TITLE])
+        message = f"'{line_text}' can be read in two ways: commas between columns, or decimal commas"
         allowed = "(allowed: record.decimal or record.delimiter, which decide)"
         raise ScenarioError.in_line(name, best.first + 1, "", f"{message} {allowed}")
     return _described(name, lines, best)
@@ -378,7 +378,7 @@ def _described(name: str, lines: Sequence[str], way: TextLayout) -> TextLayout:
     if not names and head and _are_units(head[0], way):
         names, rest = head[0], head
     properties = dict(_properties(rest[1:] if names else rest, way, lines))
-    properties |= _beside(names, units)
+    properties |= _of_names(names, units)
     makers = "\n".join(lines[: way.first + MOST_BESIDE])
     maker = next((row for row in MAKERS if row.head.search(makers)), None)
     titles = [Title.of(*(row[k] if k < len(row) else "" for row in (names, units))) for k in range(way.cells)]
@@ -428,8 +428,8 @@ def _are_names(cells: list[str], way: TextLayout, counted: bool) -> bool:
 
 def _properties(head: list[list[str]], way: TextLayout, lines: Sequence[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Names and values of what stands above the numbers, or beside the first of them."""
-    beside = [way.split(line)[: way.numeric[0]] for line in lines[way.first :][:MOST_BESIDE] if line.strip()]
-    for cells in (*head, *beside):
+    beside_rows = [way.split(line)[: way.numeric[0]] for line in lines[way.first :][:MOST_BESIDE] if line.strip()]
+    for cells in (*head, *beside_rows):
         if len(cells) > 1 and cells[0]:
             key = cells[0][:LONGEST_TITLE].rstrip(":")
             name, unit = Title.of(key), IN_BRACKETS.search(key)
@@ -440,7 +440,7 @@ def _property_name(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", " ", text.lower()).strip()
 
 
-def _beside(names: list[str], units: list[str]) -> dict[str, tuple[str, ...]]:
+def _of_names(names: list[str], units: list[str]) -> dict[str, tuple[str, ...]]:
     """Properties in the line of names: with their values below, or behind a sign of equality."""
     below: dict[str, tuple[str, ...]] = {
         _property_name(title): (unit,) for title, unit in zip(names, units, strict=False) if title and unit
@@ -484,9 +484,9 @@ def _quantity(layout: TextLayout, names: Sequence[str]) -> float | None:
         return None
     unit = match[2] or next((text for text in texts if text and text != match[0]), "")
     unit = unit.strip("() ").translate({ord("µ"): "u", ord("μ"): "u"})
-    known = unit_in(unit)
-    if known is not None and known.value.endswith("s"):
-        return value * SIZES[known.value[:-1]]
+    time_unit = unit_in(unit)
+    if time_unit is not None and time_unit.value.endswith("s"):
+        return value * SIZES[time_unit.value[:-1]]
     prefix = unit[:1] if re.match(r"[kMG](?:Hz|Sa|S)", unit) else ""
     return value * SIZES[prefix]
 

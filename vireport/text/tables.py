@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from html import escape
 from itertools import zip_longest
 from textwrap import fill, wrap
 from typing import ClassVar, Literal
@@ -180,8 +181,6 @@ def markdown_of(table: Table, written: Callable[[str], str] = markdown_text) -> 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table in HTML for a notebook, its text inert."""
-    from html import escape
-
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"

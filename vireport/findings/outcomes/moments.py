@@ -18,6 +18,7 @@ from vireport.physics.groups import Groups
 from vireport.simulation.events import BOTTOM, check_model, follow_one
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, TURN, VELOCITY, WALL
 from vireport.simulation.release import Press, presses
+from vireport.simulation.stops import moved_on
 
 PHASES = 32
 """Moments at which the force sets in, evenly over its period, where the outcome depends on that moment."""
@@ -152,8 +153,6 @@ def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: 
     if held[last] >= left and held[last] > 0:
         return hit, 0.0, 0.0, phase  # at rest, or in hops that are too low to tell
     if friction is not None:
-        from vireport.simulation.stops import moved_on
-
         z, v = moved_on(model, row, start[1], left)
         return 0.0, _inside(z * amplitude, d), v * amplitude, phase % TURN
     moved = float(held[last])

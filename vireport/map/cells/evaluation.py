@@ -25,6 +25,7 @@ from vireport.physics.groups import Groups, map_restitution
 from vireport.scenario.map_file import MapSimulationBlock
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import attractors
+from vireport.simulation.starts import random_starts, start_speed
 
 DECIMALS = 9
 """Decimals of the impact velocity up to which two motions are as fast: mirror images differ by rounding alone."""
@@ -200,7 +201,6 @@ def _simulated(
     block: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
 ) -> dict[str, Any]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
-    from vireport.simulation.starts import random_starts, start_speed
     from vireport.study.checks.crosscheck import is_one_to_one
 
     fastest, orbit, real = np.zeros(len(numbers)), motions.orbit, motions.admissible

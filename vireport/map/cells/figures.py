@@ -295,9 +295,9 @@ DRAWN = {
 }
 
 
-def _panel(drawing: HeatMaps, beside: float = 0.0) -> tuple[NotebookFigure, Axes]:
+def _panel(drawing: HeatMaps, scale_width: float = 0.0) -> tuple[NotebookFigure, Axes]:
     """A figure with the axes of a map."""
-    figure, axes = plane_panel(drawing.plane, beside)
+    figure, axes = plane_panel(drawing.plane, scale_width)
     axes.patch.set(**NO_CELL)
     return figure, axes
 

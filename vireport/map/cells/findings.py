@@ -62,7 +62,7 @@ class MapFindings(Struct, frozen=True, eq=False):
     @property
     def stable(self) -> int:
         """Cells with a stable motion."""
-        return sum(self.stability[each] for each in STABILITIES if each.attracts)
+        return sum(self.stability[kind] for kind in STABILITIES if kind.attracts)
 
     @property
     def with_motion(self) -> int:
@@ -85,12 +85,12 @@ def findings_of(plan: MapPlan, result: Path) -> MapFindings:
     missed = 0
     for columns in _pieces(plan, result):
         code = columns["stability"]
-        stability.update({each: int((code == each.code).sum()) for each in STABILITIES})
+        stability.update({kind: int((code == kind.code).sum()) for kind in STABILITIES})
         stability[None] += int(np.isnan(code).sum())
-        stable = np.isin(code, [each.code for each in STABILITIES if each.attracts])
+        stable = np.isin(code, [kind.code for kind in STABILITIES if kind.attracts])
         if plan.from_rest:
             reached = columns["from_rest"]
-            from_rest.update({each: int((reached == k).sum()) for k, each in enumerate(DESTINATIONS)})
+            from_rest.update({kind: int((reached == k).sum()) for k, kind in enumerate(DESTINATIONS)})
             missed += int((stable & (reached != DESTINATIONS.index(Destination.ONE_TO_ONE))).sum())
         columns[MapQuantity.MARGIN] = columns[MapQuantity.MARGIN] / largest_margin(restitution_at(plan, columns))
         for quantity in quantities_of(plan):

@@ -107,14 +107,14 @@ class CellsReport(MapReport, frozen=True, eq=False, dict=True, kw_only=True):
 
     def left_out(self) -> Table:
         """Table of what the report lacks, with the reasons."""
-        given = {
+        contents = {
             "motions": False,
             "figures": bool(self.pictures),
             "from_rest": self.plan.from_rest,
             "shock": self.plan.shock,
             "voltage": self.plan.membrane is not None,
         }
-        rows = [_said(f"lacks_{name}").parts(self.templates) for name, there in given.items() if not there]
+        rows = [_said(f"lacks_{name}").parts(self.templates) for name, present in contents.items() if not present]
         return worded_table(self.say, "left_out", "tt", rows)
 
 

@@ -326,13 +326,14 @@ async def _require_scheduler(distributed: Any, address: str) -> None:
 class _Watch:
     """Looks after the workers of a cluster now and then: that there are some, that they live, and what they have.
 
-    `seen` has, for each worker, its last sign of life by the scheduler's clock, and when that was new to this process.
+    `compared` has the workers whose versions are ours. `seen` has, for each worker, its last sign of life by the
+    scheduler's clock, and when that was new to this process.
     """
 
     def __init__(self, client: Any, scheduler: str, needed: tuple[str, ...] = NEEDED) -> None:
         self.client, self.scheduler, self.needed = client, scheduler, needed
         self.threads = 0
-        self.known: set[str] = set()
+        self.compared: set[str] = set()
         self.seen: dict[str, tuple[float, float]] = {}
         self.alive = time.monotonic()
         self.looked = -POLL + self.alive
@@ -354,9 +355,9 @@ class _Watch:
 
     def _look(self) -> None:
         workers = self._answer(self.client.scheduler.identity)["workers"]
-        if not workers.keys() <= self.known:
+        if not workers.keys() <= self.compared:
             self._compare_versions()
-            self.known = set(workers)
+            self.compared = set(workers)
         self.threads = sum(worker["nthreads"] for worker in workers.values())
         now = time.monotonic()
         for address, worker in workers.items():

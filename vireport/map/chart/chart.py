@@ -171,7 +171,7 @@ def loci_over(
         at = plane.inputs[1 - line.varied].stated(line.other)
         say(WorkStep(f"motions along the {line.quantity}, {at}", k / len(lines)))
         if not line.sweep.unresolved:
-            motions = () if began is None else _given(line, began)
+            motions = () if began is None else _motions_to_start_from(line, began)
             families = atlas(line.sweep, limits, motions, effort=SearchEffort(FINE))
             crossed.append(Cut(line, _stable(families, line)))
             for start in _starts(families, line):
@@ -197,7 +197,7 @@ def with_regions(drawn: PlaneLoci, device: Device, progress: Progress = lambda w
     return Chart(drawn.plane, drawn.limits, drawn.loci, drawn.meetings, drawn.cuts, regions, design)
 
 
-def _given(line: StraightSweep, start: ChartStart) -> list[Motion]:
+def _motions_to_start_from(line: StraightSweep, start: ChartStart) -> list[Motion]:
     """The motions of a word that is asked for at a point of a line."""
     sweep, word = line.sweep, start.word
     low, high = map(float, sweep.coordinate_range)

@@ -163,7 +163,7 @@ def _named_curves(paper: Paper, chart: Chart) -> set[Event]:
         if text in named_words or length < SHORT * len(text) * sheet().letter:
             continue
         color = Color.WARNING if event is Event.FOLD else Color.BLACK
-        if paper.write(text, paper.along(points, text), color=color):
+        if paper.write(text, paper.near_curve(points, text), color=color):
             named_words.add(text)
             events.add(event)
     return events

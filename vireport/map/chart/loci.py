@@ -76,7 +76,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """The conditions of motion and event, and their derivatives by unknowns over their scale."""
-        inputs = self.plane.here(x[2 * len(self.word) :].tolist())
+        inputs = self.plane.local(x[2 * len(self.word) :].tolist())
         values, matrix = linearised(self.word, x, inputs)
         if self.condition.event is Event.PITCHFORK:
             half = len(self.word) // 2
@@ -187,7 +187,7 @@ class Locus(Path, frozen=True, eq=False, dict=True):
 
         def conditions(way: Floats, shift: Any = 0.0) -> tuple[Floats, Floats]:
             inputs = p + shift
-            return linearised(motion.word, np.append(x + way, inputs), self.plane.here(inputs.tolist()))
+            return linearised(motion.word, np.append(x + way, inputs), self.plane.local(inputs.tolist()))
 
         matrix = conditions(0 * x)[1]
         left, _, right = np.linalg.svd(matrix[:, :unknowns])

@@ -102,7 +102,7 @@ def _conditions(
     size, word = 2 * len(motion.word), motion.word
     if events[1] is Event.CUSP:
         normal = np.asarray(
-            np.linalg.svd(linearised(word, np.array(guess), plane.here(guess[size:]))[1][:, :size])[2][-1]
+            np.linalg.svd(linearised(word, np.array(guess), plane.local(guess[size:]))[1][:, :size])[2][-1]
         )
         return partial(_at_cusp, word, normal), normal.tolist()
     if events[1] is Event.DEGENERATE_DOUBLING:

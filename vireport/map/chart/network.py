@@ -181,7 +181,7 @@ class Network(Struct):
         waits = np.diff(motion.time, append=motion.time[0] + 2 * motion.word.periods)
         if not path.admits(first.x) or waits.min() < SAME_TOUCH or motion.rests != path.condition.rests:
             return
-        if self._is_redundant(motion) or self._known(path, first.x):
+        if self._is_redundant(motion) or self._is_followed(path, first.x):
             return
         strand = completed(path, first, follow(path, first))
         x = np.array([point.x for point in strand.points])
@@ -193,7 +193,7 @@ class Network(Struct):
             for point in _degenerate(path, strand.points):
                 self._meet(path, point.x, Event.DEGENERATE_DOUBLING)
 
-    def _known(self, path: Locus, x: Floats) -> bool:
+    def _is_followed(self, path: Locus, x: Floats) -> bool:
         """Whether a motion lies on a locus that has been followed, counted from any impact or in the mirror."""
         motion = path.motion(x)
         images = [motion, motion.mirrored()] if self.plane.horizontal else [motion]

@@ -20,7 +20,7 @@ from vireport.scenario.parameters import DesignInput, Parameter
 Floats = NDArray[np.float64]
 
 
-class Here(Struct, frozen=True, eq=False):
+class LocalGroups(Struct, frozen=True, eq=False):
     """The groups at a point of a plane, with their derivatives by the inputs, (4, 2)."""
 
     groups: Groups[Any]
@@ -58,10 +58,10 @@ class DevicePlane(Plane, frozen=True, eq=False):
             groups = groups.as_floats()
         return groups._replace(gbar=self._side(varied) * groups.gbar)
 
-    def here(self, varied: Sequence[float]) -> Here:
+    def local(self, varied: Sequence[float]) -> LocalGroups:
         """Return the groups of a device with their derivatives by the inputs."""
         groups, device = self.at(varied), self.device_at(varied)
-        return Here(
+        return LocalGroups(
             groups, np.array([device.slopes(varied_input, groups.d, groups.gbar) for varied_input in self.inputs]).T
         )
 

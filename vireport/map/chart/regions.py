@@ -111,7 +111,7 @@ class ChartRegion(Struct, frozen=True, eq=False):
     @property
     def kinds(self) -> Kinds | None:
         """What the stable motions are told apart by."""
-        return None if self.motions is None else tuple(dict.fromkeys(each.kind for each in self.motions))
+        return None if self.motions is None else tuple(dict.fromkeys(motion.kind for motion in self.motions))
 
 
 class RegionSet(Struct, frozen=True, eq=False):
@@ -227,7 +227,7 @@ def narrow_bands(
         for word, low, high in _ranges(cut.stable):
             region = regions.at(np.insert([other], k, (low + high) / 2).tolist())
             resolved = (
-                region is None or region.motions is None or word in {each.word.letters for each in region.motions}
+                region is None or region.motions is None or word in {motion.word.letters for motion in region.motions}
             )
             if high - low < most and low > ends[0] and high < ends[1] and not resolved:
                 intervals.setdefault((k, word), []).append((low, high))
@@ -362,7 +362,7 @@ def stable_motions(plane: DevicePlane, inputs: tuple[float, float], limits: Limi
         StableMotion(replace(motion, coordinate=d), trace, decay, _parted(plane, motion))
         for motion, trace, decay in solved
     ]
-    return tuple(sorted(stable, key=lambda each: (not each.one_to_one, each.kind, -float(each.motion.velocity.max()))))
+    return tuple(sorted(stable, key=lambda x: (not x.one_to_one, x.kind, -float(x.motion.velocity.max()))))
 
 
 def _stable(curve: Curve, motion: Motion) -> Iterator[tuple[Motion, float, float]]:

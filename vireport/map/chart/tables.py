@@ -18,13 +18,13 @@ _said = words_of("chart")
 
 def points_table(chart: Chart, templates: Path | None = None) -> Table:
     """The points of codimension two; words of a folder of templates come before ours."""
-    said, known = Words("chart", templates), exactness_of(chart.design)
+    said, exactness = Words("chart", templates), exactness_of(chart.design)
     rows = tuple(
         (
             str(number),
             name_of(point).words(templates),
             point.word,
-            *(rounded_text(float(x), known) for x in point.inputs),
+            *(rounded_text(float(x), exactness) for x in point.inputs),
         )
         for number, point in enumerate(chart.meetings, 1)
     )

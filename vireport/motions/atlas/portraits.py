@@ -13,6 +13,7 @@ from vireport.simulation.attractors import Attractor, Outcome
 from vireport.simulation.cycles import SimulatedMotion
 from vireport.simulation.events import check_model
 from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, VELOCITY, WALL
+from vireport.simulation.trajectories import Portrait, path
 
 if TYPE_CHECKING:
     from vireport.simulation.trajectories import Portrait
@@ -30,8 +31,6 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     label : str
         See `Portrait`.
     """
-    from vireport.simulation.trajectories import Portrait, path
-
     word, count = motion.word, len(motion.word)
     x = [*motion.velocity.tolist(), *motion.time.tolist(), motion.coordinate]
     flight = np.diff(motion.time, prepend=motion.time[-1] - 2 * word.periods)
