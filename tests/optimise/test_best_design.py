@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import first, sentences
+from conftest import EXAMPLES, first, sentences
 from design_texts import DEVICE, unlimited
 from mpmath import mp, mpf
 from msgspec.structs import replace
@@ -424,6 +424,27 @@ def test_ranges_without_stable_motion_are_said_to_have_none(tmp_path: Path, caps
     assert main(["optimise", str(scenario), "-o", str(tmp_path / "out")]) == 1
     assert json.loads((tmp_path / "out/optimise.json").read_text())["nearest"] is None
     assert "No design with a stable 1:1 motion was found in the ranges" in capsys.readouterr().out
+
+
+TABLE = EXAMPLES / "bouncing-ball.yaml"
+REACHED = "design={maximise: margin_percent, vary: [{path: device.length_m, from: 0.01, to: 0.5}]}"
+OUT_OF_REACH = REACHED.replace("0.01", "0.1")
+
+
+@pytest.mark.parametrize(
+    ("over", "refused"),
+    [
+        ((), "the ball does not reach the top, as one on a table"),
+        (("excitation.amplitude_n=12", OUT_OF_REACH), "the ball does not reach the top, as one on a table"),
+        (("excitation.amplitude_n=12", REACHED), ""),
+        (("excitation.amplitude_n=12", OUT_OF_REACH, "device.ball_mass_kg=0.004"), ""),
+        (("sweep.to=1000",), "no design block"),
+    ],
+    ids=["along a sweep", "in all ranges", "in a part of them", "of a harvester", "in a part of a sweep"],
+)
+def test_a_best_design_of_a_ball_on_a_table_is_refused(over: tuple[str, ...], refused: str) -> None:
+    with pytest.raises(UsageError, match=refused) if refused else nullcontext():
+        problem_of(load(TABLE, over))
 
 
 def test_a_scenario_without_a_design_block_is_refused() -> None:

@@ -5,8 +5,9 @@ A design is a point t of the unit cube, 0 and 1 in each coordinate being the end
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
+from itertools import product
 from typing import Any, cast
 
 import numpy as np
@@ -19,6 +20,7 @@ from vireport.design.point import DesignPoint
 from vireport.motions.events import CRITICAL, Event
 from vireport.physics.device import Device, Shaker
 from vireport.physics.energy import Conversion, Membrane, Voltages
+from vireport.physics.reach import is_table
 from vireport.scenario.blocks import (
     DEMANDS,
     DesignBlock,
@@ -277,11 +279,15 @@ def problem_of(loaded: Loaded) -> Problem:
     Raises
     ------
     UsageError
-        If it asks for none, or requires another motion than 1:1.
+        If it asks for none, requires another motion than 1:1, or its ball is one on a table.
     """
     scenario = loaded.scenario
     design = scenario.design
     if design is None:
+        sweep = scenario.sweep
+        _refuse_table(
+            loaded, [Device.of(scenario)], scenario.parameter, () if sweep is None else (sweep.from_, sweep.to)
+        )
         name, length = loaded.document.name, scenario.device.length_m or USUAL_LENGTH_M
         raise UsageError(
             f"{name}: has no design block, which says what may vary and what to maximise (these lines, for example):",
@@ -305,7 +311,25 @@ def problem_of(loaded: Loaded) -> Problem:
     least = value_at(scenario, "requirements.yield_at_least_percent")
     proved = scenario.tolerances is not None and least in (None, 100)
     limits = tuple((row, limit) for row, limit in required_keys if row.key in usual)
-    return Problem(loaded, design, required_keys, margins, float(proved), limits)
+    problem = Problem(loaded, design, required_keys, margins, float(proved), limits)
+    corners = np.array(list(product((0.0, 1.0), repeat=len(design.vary))))
+    _refuse_table(loaded, [problem.at(t)[0] for t in corners], Parameter.LENGTH)
+    return problem
+
+
+def _refuse_table(
+    loaded: Loaded, devices: Sequence[Device], parameter: Parameter, ends: tuple[float, ...] = ()
+) -> None:
+    """Refuse to look for 1:1 motions where the ball strikes the top of no device any more in the long run.
+
+    Devices at the corners of ranges stand for all in them, as `is_table` says of a sweep.
+    """
+    if all(is_table(device, parameter, ends) for device in devices):
+        raise UsageError(
+            f"{loaded.document.name}: the ball does not reach the top, as one on a table, and a best design is looked "
+            "for among 1:1 motions only (bring the top within reach; vireport map --over draws where motions on a "
+            "table are stable)"
+        )
 
 
 def _with_usual(loaded: Loaded) -> tuple[Loaded, tuple[str, ...]]:
