@@ -5,6 +5,7 @@ The wording of mistakes reads its ranges and units from the JSON Schema, so that
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -24,6 +25,9 @@ could promise that one goes on answering.
 
 OF_ADDITIONS = "addition", "behind", "in_map"
 """What keys of additions are declared with that no reader needs."""
+
+REQUIREMENTS = re.compile(r"^# requirements:.*\n(?:#   .*\n)+", re.MULTILINE)
+"""The block of requirements in a complete scenario, commented out."""
 
 # What a reader looks for first.
 _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
@@ -51,17 +55,22 @@ def keys(model: type[Scenario]) -> dict[str, dict[str, Any]]:
 def init_text() -> str:
     """Return a complete, valid scenario with every key, its unit, its meaning and its default."""
     text = Path(__file__).with_name("template.yaml").read_text(encoding="utf-8")
-    return "".join((text, *(_commented(name) for name in added_keys() if f"\n# {name}:" not in text)))
-
-
-def _commented(name: str) -> str:
-    """The block of an addition as it stands in a complete scenario: commented out, as it is optional."""
     declared = keys(Scenario)
-    inner = [(path, key) for path, key in declared.items() if path.startswith(f"{name}.")]
-    rows = [(f"# {name}:", declared[name])]
-    rows += [(f"#   {path.partition('.')[2]}: {json_text(key['examples'][0])}", key) for path, key in inner]
-    said = ((rule, f"{key['title']}{', ' + key['unit'] if 'unit' in key else ''}") for rule, key in rows)
-    return "\n" + "".join(f"{rule:<33}# {title}\n" for rule, title in said)
+    text = REQUIREMENTS.sub(lambda block: block[0] + _commented("requirements", declared, block[0]), text)
+    added = [name for name in added_keys() if f"\n# {name}:" not in text]
+    return "".join((text, *(f"\n{_row(f'# {name}:', declared[name])}{_commented(name, declared)}" for name in added)))
+
+
+def _commented(block: str, declared: dict[str, dict[str, Any]], stated: str = "") -> str:
+    """Lines of the keys of a block that are not stated, commented out, as they are optional."""
+    inner = ((path.removeprefix(f"{block}."), key) for path, key in declared.items() if path.startswith(f"{block}."))
+    rows = [(f"#   {name}: ", key) for name, key in inner if "*" not in name]
+    return "".join(_row(row + json_text(key["examples"][0]), key) for row, key in rows if row not in stated)
+
+
+def _row(rule: str, key: dict[str, Any]) -> str:
+    """A line of a complete scenario with what it is, and its unit."""
+    return f"{rule:<32} # {key['title']}{', ' + key['unit'] if 'unit' in key else ''}\n"
 
 
 def _declared(model: type[Scenario]) -> dict[str, Any]:
