@@ -34,6 +34,10 @@ ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "benchmarks" / "results"
 TABLE = re.compile(r"(<!-- (keys|names|heads) of (.+) -->\n)(?:\|.*\n)*")
 SAYS_NULL = re.compile(r"\bnull\b|\bas of\b", re.IGNORECASE)
+RESULTS = ROOT / "docs" / "results.md"
+MARK = "\n<!-- results of findings, by tools/make_docs.py -->\n"
+"""Behind it stand, at the end of that page, tables of the records of findings that no page describes."""
+
 OF_SCENARIOS = "Keys"
 """With what the names of records end that are blocks of a scenario: docs/scenario.md has their keys."""
 
@@ -148,13 +152,30 @@ def may_be_null(kind: Type) -> bool:
     return isinstance(kind, UnionType) and any(isinstance(one, NoneType) for one in kind.types)
 
 
-def undescribed(pages: str) -> Iterator[str]:
-    """Keys that no docstring describes, or not when they are null, or that no record has; records without a table."""
-    kinds = records()
+def shown_in(pages: str) -> set[str]:
+    """Names of the records whose keys stand in a table."""
     listed = (names for _, made, names in TABLE.findall(pages) if made == "keys")
     entries = (entry for names in listed for entry in names.split(", "))
-    shown = {base.__name__ for entry in entries for base in kinds[entry.rpartition(": ")[2]].__mro__}
-    for name, record in kinds.items():
+    return {base.__name__ for entry in entries for base in records()[entry.rpartition(": ")[2]].__mro__}
+
+
+def with_additions(pages: dict[Path, str]) -> str:
+    """Text of the page on results, with tables of the records of findings that no page describes at its end."""
+    described = pages[RESULTS].partition(MARK)[0]
+    shown = shown_in("".join((pages | {RESULTS: described}).values()))
+    added = (kind for kind in records().values() if kind.__module__.startswith("vireport.findings."))
+    tables = (
+        f"\n## {summary(kind).rstrip('.')}\n\n<!-- keys of {kind.__name__} -->\n"
+        for kind in added
+        if kind.__name__ not in shown
+    )
+    return "".join((described, MARK, *tables))
+
+
+def undescribed(pages: str) -> Iterator[str]:
+    """Keys that no docstring describes, or not when they are null, or that no record has; records without a table."""
+    shown = shown_in(pages)
+    for name, record in records().items():
         keys = [key for keys, *_ in described(record) for key in keys]
         for key in sorted(set(keys) ^ set(record.__struct_encode_fields__)):
             yield f"{name}: {'is not a key' if key in keys else 'Attributes do not say what it is'}: {key}"
@@ -169,10 +190,11 @@ def undescribed(pages: str) -> Iterator[str]:
 def main() -> int:
     """Write or check the pages; returns the exit code."""
     before = {page: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
-    mistakes = list(undescribed("".join(before.values())))
+    listed = before | {RESULTS: with_additions(before)}
+    mistakes = list(undescribed("".join(listed.values())))
     for page, text in before.items():
         template = ROOT / "tools" / f"{page.name}.j2"
-        made = with_tables(of_figures(template) if template.is_file() else text)
+        made = with_tables(of_figures(template) if template.is_file() else listed[page])
         if made == text:
             continue
         if "--check" not in sys.argv:

@@ -230,9 +230,8 @@ def test_a_check_says_what_runs_and_what_is_left_out(example, capfd) -> None:
     named = {"accuracy": "accuracy", "compliant": "accuracy", "tolerances": "tolerances", "motions": "motions"}
     named |= dict.fromkeys(("simulation", "figure-3", "figure-6", "figure-diagram"), "simulation")
     asked = "distortion", "from-rest-moments", "from-rest-windows", "shock", "coexistence", "figure-shocks", "jitter"
-    assert set(left_out) == {*named, *asked}
-    for name, why in left_out.items():
-        assert f"{named.get(name, 'disturbances')} block" in why
+    for name in (*named, *asked):
+        assert f"{named.get(name, 'disturbances')} block" in left_out[name]
 
 
 @pytest.mark.slow

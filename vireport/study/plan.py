@@ -428,7 +428,7 @@ def _package(name: str, module: str) -> Precondition:
 
 
 def has_block(name: str) -> Precondition:
-    """That the block of an addition is given."""
+    """That the block of an addition is given; the words of that name say in a macro `gain` what for."""
     return Precondition(
         lambda scenario, _: getattr(scenario, name), f"the scenario has no {name} block", adds=AddedBlock(name)
     )
