@@ -78,7 +78,7 @@ def pick(condition: Any, yes: Any, no: Any) -> Any:
     """Return one of two numbers, or tuples of them, by a condition; elementwise of arrays."""
     if condition is True:
         return yes
-    return no if condition is False else np.where(condition, yes, no)
+    return no if condition is False else np.where(condition, yes, no)[()]  # a number of NumPy's stays one
 
 
 def root(square: Any) -> Any:
@@ -105,6 +105,24 @@ def _series(q: Any) -> tuple[Any, Any]:
     return rise + q4 * cut, lag + q4 * end
 
 
+def _octant_series(q: Any) -> tuple[Any, Any]:
+    """Return what `_series` does for |x| up to pi/4, of 7 and 6 terms. What is cut off is at most 2e-19 and 2.1e-17."""
+    q2 = q * q
+    q4 = q2 * q2
+    rise = (0.5 - q * 0.04166666666666664) + q2 * (0.0013888888888880775 - q * 2.480158729369345e-05)
+    cut = (2.7557315566339707e-07 - q * 2.08758867376999e-09) + q2 * 1.136799863356103e-11
+    lag = (0.16666666666666666 - q * 0.008333333333330948) + q2 * (0.0001984126983675857 - q * 2.755731610255057e-06)
+    end = 2.5051131844614107e-08 - q * 1.5918129266803394e-10
+    return rise + q4 * cut, lag + q4 * end
+
+
+def _rough_series(q: Any) -> tuple[Any, Any]:
+    """Return what `_series` does, of 4 terms each. What is cut off is at most 7.7e-8 and 7.1e-9."""
+    rise = (0.4999999231313572 - q * 0.041665669160306484) + q * q * (0.0013868610768898 - q * 2.3476086600425923e-05)
+    lag = (0.16666665963821187 - q * 0.008333242135096939) + q * q * (0.000198227394886311 - q * 2.6347563918117813e-06)
+    return rise, lag
+
+
 def _alternating(k: Any) -> Any:
     """Return 1 of an even number, -1 of an odd one."""
     half = 0.5 * k
@@ -122,33 +140,34 @@ def sine_and_cosine(phase: Any) -> tuple[Any, Any]:
     """
     k = (phase * (2.0 * PER_PI) + ROUND) - ROUND
     x = (phase - k * (0.5 * PI_HEAD)) - k * (0.5 * PI_TAIL)
-    pairs = (0.5 * k - 0.25 + ROUND) - ROUND
-    sign, q = _alternating(pairs), x * x
-    rise, lag = _series(q)
-    sine, cosine = sign * x - (sign * x * q) * lag, sign - (sign * q) * rise
-    sine, cosine = pick(k > 2.0 * pairs, (cosine, -sine), (sine, cosine))
-    return sine, cosine
+    q = x * x
+    rise, lag = _octant_series(q)
+    sine, cosine = x - (x * q) * lag, 1.0 - q * rise
+    sine, cosine = pick((k == 1.0) | (k == 3.0), (cosine, sine), (sine, cosine))
+    return pick((k > 1.5) & (k < 3.5), -sine, sine), pick((k > 0.5) & (k < 2.5), -cosine, cosine)
 
 
-def _half_turned(t: Any) -> tuple[Any, Any, Any, Any, Any]:
+def _half_turned(t: Any, rough: bool = False) -> tuple[Any, Any, Any, Any, Any]:
     """Return x = pi t less half turns, with sine and cosine of pi t, and `_series` of x.
 
-    What is left of t is exact. x is off by 1.4 roundings, and at most pi/2: sine and cosine are off by at most 2 EPS.
+    What is left of t is exact. x is off by 1.4 roundings, and at most pi/2: sine and cosine are off by at most 2 EPS,
+    or where they are `rough` by 2e-7.
     """
     k = (t + ROUND) - ROUND
-    x = pi * (t - k)
-    sign, q = _alternating(k), x * x
-    rise, lag = _series(q)
+    sign, x = _alternating(k), pi * (t - k)
+    q = x * x
+    rise, lag = _rough_series(q) if rough else _series(q)
     return x, sign * x - (sign * x * q) * lag, sign - (sign * q) * rise, rise, lag
 
 
-def _moved(t: Any, flight: Flight, wall: Any) -> Flight:
+def _moved(t: Any, flight: Flight, wall: Any, rough: bool = False) -> Flight:
     """Return what `_state` does of a flight under a sine, as numbers or arrays.
 
     Up to t = 1/2 the terms that cancel in a short flight, g/2 and c (1 - cos x)/x^2, are added before anything else is.
+    Where it may be `rough`, sine and cosine are.
     """
     v, g, c, s = flight
-    x, sine, cosine, rise, lag = _half_turned(t)
+    x, sine, cosine, rise, lag = _half_turned(t, rough)
     short, impulse = t < 0.5, s * PER_PI
     turned = pick(short, x * x * rise, 1.0 - cosine)
     long = (t * (v + 0.5 * g * t) - (impulse * t + wall)) + ((c * PER_PI2) * turned + (s * PER_PI2) * sine)
@@ -243,9 +262,9 @@ def _signed(overtones: Overtones) -> Overtones:
 
 def _correction(f: Any, y1: Any, y2: Any, y3: Any) -> Any:
     """Householder's step of third order to a zero of f, by derivatives that cost no further sine or cosine."""
-    square = y1 * y1
-    steep = y1 * (square - f * y2) + f * f * y3 * (1 / 6)
-    return -f * (square - 0.5 * f * y2) / pick(steep == 0.0, 1.0, steep)
+    square, bent = y1 * y1, f * y2
+    steep = y1 * (square - bent) + f * f * y3 * (1 / 6)
+    return -f * (square - 0.5 * bent) / pick(steep == 0.0, 1.0, steep)
 
 
 def _crossing(flight: Leg, overtones: Overtones, wall: float, rising: float, ends: Pair, t: float, base: float) -> Node:
@@ -432,15 +451,16 @@ def _leaves(sign: Any, d: Any, start: Any, end: Any, near: Any) -> tuple[Any, An
     return up, down & low, up | (low & (down | clear))
 
 
-def _bracket(wall: Any, v: Any, phase: Any, r: Any, device: Any) -> tuple[Any, Any, Any, Any, Flight, Any]:
+def _bracket(
+    wall: Any, v: Any, phase: Any, s: Any, c: Any, r: Any, device: Any
+) -> tuple[Any, Any, Any, Any, Flight, Any]:
     """Bracket the next impact of a ball that flies off a wall, where it is found without a further sine.
 
     It is in one of the first two pieces in most flights. All is seen from the wall, which is at 0, the other being at
-    d. Returned: whether it is sure that this is the first impact, a guess of its time and the ends, the flight, and
-    where the wall is.
+    d. Parameters are sine and cosine of the phase, too. Returned: whether it is sure that this is the first impact, a
+    guess of its time and the ends, the flight, and where the wall is.
     """
     d, g, turn, swing = device
-    s, c = sine_and_cosine(phase)
     v = r * abs(v)
     early, late = phase < turn, phase >= TURN - turn
     convex, zero = early | late, pick(early, turn, pick(late, TURN + turn, TURN - turn))
@@ -468,19 +488,22 @@ def _bracket(wall: Any, v: Any, phase: Any, r: Any, device: Any) -> tuple[Any, A
     bend = sign * (other - y) - slope
     inside = slope * slope - 4.0 * bend * (sign * (y - target))
     t = a + (slope + root(abs(inside))) * (span / pick(bend == 0.0, 1.0, -2.0 * bend))
-    return sure, pick((low < t) & (t < high), t, 0.5 * (low + high)), low, high, (v, g, c, s), target
+    return sure, t, low, high, (v, g, c, s), target
 
 
-def _approach(t: Any, low: Any, high: Any, flight: Any, wall: Any) -> tuple[Any, Any, Any]:
-    """Return a time of impact that is nearer, and its bracket."""
-    f, y1, y2, y3 = _moved(t, flight, wall)
-    past, new = (f < 0.0) != (wall > 0.0), t + _correction(f, y1, y2, y3)
-    low, high = pick(past, low, t), pick(past, t, high)
-    return pick((low <= new) & (new <= high), new, 0.5 * (low + high)), low, high
+def _approach(t: Any, flight: Any, wall: Any) -> Any:
+    """Return a time of impact that is nearer; one that leads astray `_arrive` refuses.
+
+    A rough state does: what it adds to the error is of the size of what the step leaves.
+    """
+    return t + _correction(*_moved(t, flight, wall, True))
 
 
 def _arrive(t: Any, low: Any, high: Any, flight: Any, wall: Any, phase: Any) -> tuple[Any, Any, Any, Any]:
-    """Take the last step to an impact: whether it is exact to rounding then, its time, velocity and phase."""
+    """Take the last step to an impact: whether it is exact to rounding then, its time, velocity and phase.
+
+    From `low` to `high` there is one crossing towards the wall.
+    """
     f, y1, y2, y3 = _moved(t, flight, wall)
     e = _correction(f, y1, y2, y3)
     m = pick(abs(y1) < 1.0, abs(y1), 1.0)
@@ -494,7 +517,8 @@ def _arrive(t: Any, low: Any, high: Any, flight: Any, wall: Any, phase: Any) -> 
 
 
 STRAIGHT = (
-    _series, _alternating, sine_and_cosine, _half_turned, _moved, _correction, _leaves, _bracket, _approach, _arrive
+    _series, _octant_series, _rough_series, _alternating, sine_and_cosine, _half_turned, _moved, _correction, _leaves,
+    _bracket, _approach, _arrive,
 )  # fmt: skip
 """Functions without branches, which take numbers and arrays alike."""
 
@@ -718,17 +742,17 @@ def follow_start(
         r = r_bottom if wall > 0.0 else r_top
         if laws is not None:
             r = _falling(r, abs(v), laws[which])
+        s, c = sine_and_cosine(phase)
         if harmonics is None and drive is None and wall != 0.0 and count < impacts:
-            sure, t, low, high, path, target = _bracket(wall, v, phase, r, device)
+            sure, t, low, high, path, target = _bracket(wall, v, phase, s, c, r, device)
             if sure:
-                t, low, high = _approach(t, low, high, path, target)
+                t = _approach(t, path, target)
                 sure, t, speed, ahead = _arrive(t, low, high, path, target, phase)
             if sure:
                 flight, v, phase, evaluations = t, -wall * speed, ahead, evaluations + USUAL
                 wall = -wall if target > 0.0 else wall
                 count, row = count + 1, row + 1 if row + 1 < kept else 0
                 continue
-        s, c = sine_and_cosine(phase)
         if harmonics is not None:
             _fill_parts(phase, harmonics, parts)
         if wall != 0.0:
@@ -804,8 +828,9 @@ def advance(count: int, ball: Array, device: Array, aim: Array, sure: Bools, fli
     """Bring some balls to their next impacts where these are `sure`; as `advance_each`, of arrays."""
     wall, v, phase = ball[:, :count]
     bottom, top, *rest = device[:, :count]
-    flying, t, low, high, path, target = _bracket(wall, v, phase, pick(wall > 0.0, bottom, top), rest)
-    arrived, t, speed, phase = _arrive(*_approach(t, low, high, path, target), path, target, phase)
+    r, (s, c) = pick(wall > 0.0, bottom, top), sine_and_cosine(phase)
+    flying, t, low, high, path, target = _bracket(wall, v, phase, s, c, r, rest)
+    arrived, t, speed, phase = _arrive(_approach(t, path, target), low, high, path, target, phase)
     sure[:count], flight[:count] = flying & arrived, t
     onto = pick(target > 0.0, -wall, wall), -wall * speed, phase
     ball[:, :count] = pick(sure[:count], onto, ball[:, :count])
@@ -817,14 +842,16 @@ def advance_each(count: int, ball: Array, device: Array, aim: Array, sure: Bools
     Each loop is short enough for several balls to be on their way in the processor, and has no branch.
     """
     for i in range(count):
-        r = pick(ball[0, i] > 0.0, device[0, i], device[1, i])
+        aim[0, i], aim[1, i] = sine_and_cosine(ball[2, i])
+    for i in range(count):
+        r, s, c = pick(ball[0, i] > 0.0, device[0, i], device[1, i]), aim[0, i], aim[1, i]
         rest = device[2, i], device[3, i], device[4, i], device[5, i]
-        sure[i], t, low, high, path, target = _bracket(ball[0, i], ball[1, i], ball[2, i], r, rest)
+        sure[i], t, low, high, path, target = _bracket(ball[0, i], ball[1, i], ball[2, i], s, c, r, rest)
         aim[0, i], aim[1, i], aim[2, i], aim[3, i] = t, low, high, target
         aim[4, i], aim[5, i], aim[6, i], aim[7, i] = path
     for i in range(count):
         path = aim[4, i], aim[5, i], aim[6, i], aim[7, i]
-        aim[0, i], aim[1, i], aim[2, i] = _approach(aim[0, i], aim[1, i], aim[2, i], path, aim[3, i])
+        aim[0, i] = _approach(aim[0, i], path, aim[3, i])
     for i in range(count):
         path, target = (aim[4, i], aim[5, i], aim[6, i], aim[7, i]), aim[3, i]
         arrived, t, speed, phase = _arrive(aim[0, i], aim[1, i], aim[2, i], path, target, ball[2, i])
@@ -862,7 +889,7 @@ def _follow_together(parameters: Array, starts: Array, impacts: int, rows: Array
             which = lanes[i]
             if not (lockstep and sure[i]):
                 begin[0], begin[1], begin[2], begin[3] = ball[0, i], starts[which, 1], ball[1, i], ball[2, i]
-                follow_start(parameters[which], begin, min(impacts - done, 1), pair, end, None, 0, None, None, None)
+                follow_start(parameters[which], begin, min(impacts - done, 1), pair, end, None, i, None, None, None)
                 rows[which, row, SETTLING], rows[which, row, RIDING] = pair[0, SETTLING], pair[0, RIDING]
                 ball[0, i], ball[1, i], ball[2, i], flight[i] = (
                     pair[1, WALL],
