@@ -150,6 +150,22 @@ def simulated_words(swept_atlas: Atlas, count: int) -> set[str]:
     }
 
 
+def growth() -> dict[str, object]:
+    """Processor time of atlases of more and more impacts, and the power of the number of families with which it grows.
+
+    Of the example whose families become more the longer their words may be.
+    """
+    sweep, rows = sweep_of(load(EXAMPLES / "inclined-forcing.yaml").scenario), []
+    for impacts in (4, 6, 8):
+        seconds, grown = processor_time(lambda impacts=impacts: atlas(sweep, Limits(impacts, MOST_PERIODS)))
+        points = sum(len(family.x) for family in grown.families)
+        rows.append({"impacts": impacts, "seconds": seconds, "families": len(grown.families), "points": points})
+    first, last = rows[0], rows[-1]
+    exponent = np.log(last["seconds"] / first["seconds"]) / np.log(last["families"] / first["families"])
+    print(f"from {first['families']} to {last['families']} families the time grows with their power {exponent:.2f}")
+    return {"rows": rows, "exponent": float(exponent)}
+
+
 def main() -> None:
     """Print and record the tables."""
     three = three_impacts()
@@ -186,7 +202,7 @@ def main() -> None:
             f"simulation at {count} values {peer:6.2f} s, {len(words)} words; "
             f"following {following:.2f} s, SciPy {arclength:.2f} s, {sum(ends)} families to their end"
         )
-    record("atlas", three_impacts=three, atlas=rows)
+    record("atlas", three_impacts=three, atlas=rows, growth=growth())
 
 
 if __name__ == "__main__":

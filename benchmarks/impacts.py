@@ -21,13 +21,14 @@ import subprocess
 import sys
 import tempfile
 import time
+import tracemalloc
 from collections.abc import Callable
-from math import cos, pi, radians, sin
+from math import cos, log, pi, radians, sin
 from pathlib import Path
 
 import numpy as np
 from numba import njit
-from record import record
+from record import processor_time, record
 from scipy.integrate import solve_ivp
 
 from vireport.physics.groups import Groups
@@ -295,6 +296,27 @@ def first_call(cache: str) -> tuple[float, float]:
     return importing, calling
 
 
+def growth(counts: tuple[int, ...] = (1000, 10_000, 100_000), impacts: int = 40) -> dict[str, object]:
+    """Processor time and memory of many random starts, and the powers of their number with which both grow."""
+    rows, random = [], np.random.default_rng(0)
+    for count in counts:
+        models, starts = np.repeat(MODEL, count, axis=0), np.ones((count, 4))
+        starts[:, 1], starts[:, 2:] = 0.0, random.uniform((0.2, 0.0), (2.0, 2 * pi), (count, 2))
+        took, _ = processor_time(lambda models=models, starts=starts: follow_impacts(models, starts, impacts, keep=1))
+        tracemalloc.start()
+        follow_impacts(models, starts, impacts, keep=1)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        rows.append({"starts": count, "impacts": impacts, "seconds": took, "peak_mb": peak / 1e6})
+        print(f"{count:9,d} starts {took:9.4f} s, {peak / 1e6:7.2f} MB")
+    first, last = rows[0], rows[-1]
+    powers = {
+        f"{name}_exponent": log(last[name] / first[name]) / log(last["starts"] / first["starts"])
+        for name in ("seconds", "peak_mb")
+    }
+    return {"rows": rows, **powers}
+
+
 def start_up() -> dict[str, float]:
     with tempfile.TemporaryDirectory() as cache:
         cold, warm = first_call(cache), min(first_call(cache) for _ in range(3))
@@ -345,9 +367,10 @@ def main() -> None:
             "misses": misses,
         })  # fmt: skip
         print(f"{name:38s}{rate:12,.0f}{slower:11,.2f}   {work:46s}{error:8.0e}   {misses}")
+    starts = growth()
     if cores:
         os.sched_setaffinity(0, cores)
-    record("impacts", simulation=simulation, methods=rows)
+    record("impacts", simulation=simulation, methods=rows, starts=starts)
 
 
 if __name__ == "__main__":
