@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from enum import Enum
 from math import isfinite
-from typing import Any
 
 import msgspec
 from msgspec import Struct
@@ -49,7 +48,7 @@ def json_answer(value: object) -> bytes:
     return msgspec.json.encode(value, enc_hook=_held)
 
 
-def _held(value: object) -> Any:
+def _held(value: object) -> object:
     """Plain data of what JSON does not know: a record, an enumeration's member, a number or array of NumPy."""
     if isinstance(value, Struct):
         return keyed(value)
@@ -63,7 +62,7 @@ def _held(value: object) -> Any:
     raise TypeError(f"JSON cannot hold a value of type {type(value).__name__}")
 
 
-def _finite(value: object) -> Any:
+def _finite(value: object) -> object:
     """The same data with None for each number that is not finite."""
     if isinstance(value, float):
         return value if isfinite(value) else None

@@ -9,7 +9,6 @@ from importlib.metadata import PackageNotFoundError, version
 from math import ceil
 from pathlib import Path
 from timeit import Timer
-from typing import Any
 
 import numpy as np
 
@@ -64,7 +63,7 @@ class Machine(ResultsBlock, frozen=True):
 
 
 def timed_in_turns(
-    calls: Sequence[Callable[[], Any]], repeats: int, progress: Callable[[int], object] | None = None
+    calls: Sequence[Callable[[], object]], repeats: int, progress: Callable[[int], object] | None = None
 ) -> list[Spread]:
     """Time that each call takes, without collection of garbage.
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import msgspec
 from msgspec import Struct, to_builtins
@@ -32,7 +31,7 @@ class _Last(Struct, frozen=True):
     study: Study
 
 
-def _answers(lines: Iterator[str], write: Callable[[str, dict[str, Any]], None]) -> None:
+def _answers(lines: Iterator[str], write: Callable[[str, dict[str, object]], None]) -> None:
     last: _Last | None = None
     for line in lines:
         number, _, question = line.partition(" ")
@@ -65,7 +64,7 @@ def main() -> None:
     output = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
-    def write(number: str, answer: dict[str, Any]) -> None:
+    def write(number: str, answer: dict[str, object]) -> None:
         output.write(f"{number} {json_text(answer)}\n")
         output.flush()
 

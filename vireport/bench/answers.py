@@ -6,8 +6,6 @@ functions that a run uses: the page computes nothing.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from vireport.base.errors import UsageError
@@ -43,7 +41,7 @@ DRAWN_BEFORE = "branches", "critical_points", "stable_range", "table_1"
 """What results.json has of a sweep, which the first answer has told already."""
 
 
-def first_answer(loaded: Loaded) -> dict[str, Any]:
+def first_answer(loaded: Loaded) -> dict[str, object]:
     """The motions along the sweep and at the design point, without their margins.
 
     Returns
@@ -74,7 +72,7 @@ def first_answer(loaded: Loaded) -> dict[str, Any]:
     }
 
 
-def margins_answer(loaded: Loaded) -> dict[str, Any]:
+def margins_answer(loaded: Loaded) -> dict[str, object]:
     """How far the design point's stable motions are from their ends, nearest first; null without a design point.
 
     It is told without the labels of a sweep, which need not be solved for it.
@@ -95,7 +93,7 @@ def _has_design(scenario: Scenario) -> bool:
     return scenario.value_of(scenario.parameter) is not None
 
 
-def study_answer(study: Study) -> dict[str, Any]:
+def study_answer(study: Study) -> dict[str, object]:
     """All that a run finds out, but for what is drawn along the sweep: the verdict in words, and results.json.
 
     It has the ``digits`` to show of numbers of motion and margins.
@@ -119,7 +117,7 @@ def study_answer(study: Study) -> dict[str, Any]:
     }
 
 
-def plane_answer(loaded: Loaded, axes: tuple[str, str], ranges: tuple[tuple[float, float], ...]) -> dict[str, Any]:
+def plane_answer(loaded: Loaded, axes: tuple[str, str], ranges: tuple[tuple[float, float], ...]) -> dict[str, object]:
     """What there is in the plane of two inputs around the design: no 1:1 motion, unstable ones, or a stable one.
 
     Parameters
@@ -176,7 +174,7 @@ def _range(varied: DesignInput, ends: tuple[float, float]) -> tuple[float, float
     return ends
 
 
-def _swept(scenario: Scenario) -> dict[str, Any] | None:
+def _swept(scenario: Scenario) -> dict[str, object] | None:
     if scenario.sweep is None:
         return None
     swept, ends = scenario.sweep.parameter, (scenario.sweep.from_, scenario.sweep.to)
@@ -199,7 +197,7 @@ CURVES = (
 """What figures show of the motions of a branch; all columns would take twice as long on their way to the page."""
 
 
-def _branch(branch: Branch) -> dict[str, Any]:
+def _branch(branch: Branch) -> dict[str, object]:
     """A branch as it is drawn: its motions, and the pieces of it that are motions, with whether they are stable."""
     motions = branch.motions
     columns = motion_columns(motions, branch.voltages_by_motion)
@@ -218,7 +216,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
     }
 
 
-def _at_design(solution: Solution) -> dict[str, Any]:
+def _at_design(solution: Solution) -> dict[str, object]:
     design = solution.design
     if design is None:
         return {"motions": None, "shown": None, "path": None}

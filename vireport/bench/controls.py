@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import StrEnum
 from math import inf
-from typing import Any
 
 from msgspec import Struct
 from pydantic.fields import FieldInfo
@@ -103,7 +102,7 @@ def controls_of(scenario: Scenario) -> tuple[Control, ...]:
     return tuple(_control(scenario, path, group) for path, group in _paths(scenario))
 
 
-def values_of(scenario: Scenario) -> dict[str, Any]:
+def values_of(scenario: Scenario) -> dict[str, object]:
     """The values behind all controls and choices, by their paths, None where one is not given; and the harmonics."""
     values = {path: value_at(scenario, path) for path in (*(path for path, _ in _paths(scenario)), *CHOICES)}
     return {**values, "excitation.harmonics": [harmonic.model_dump() for harmonic in scenario.excitation.harmonics]}

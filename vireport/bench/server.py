@@ -106,7 +106,7 @@ class Bench:
         template = environment_of(None, lambda value: str(escape(value))).get_template("bench/page.html.j2")
         return template.render(title=self.session.name, start=Markup(start)).encode()
 
-    def quick(self, kind: str, question: Asked) -> dict[str, Any] | None:
+    def quick(self, kind: str, question: Asked) -> dict[str, object] | None:
         """Answer what the user waits for: where a file was saved, the margins, or what is first computed."""
         if kind == "save":
             return {"saved": str(save(self.session, question.state, question.name, self.folder))}
@@ -116,11 +116,11 @@ class Bench:
         self._worker(question.page).drop()
         return first(self.session, question.state)
 
-    def slow(self, kind: Aside, question: Asked) -> Iterator[dict[str, Any]]:
+    def slow(self, kind: Aside, question: Asked) -> Iterator[dict[str, object]]:
         """What follows when the hand rests."""
         yield from self._worker(question.page).answers(job_of(self.session, kind, question))
 
-    def report(self, question: Asked) -> Iterator[dict[str, Any]]:
+    def report(self, question: Asked) -> Iterator[dict[str, object]]:
         """Save a scenario, and run it as anybody else would."""
         require_new(self.folder / question.name)
         path = save(self.session, question.state, question.name, self.folder)
@@ -261,7 +261,7 @@ class _Handler(BaseHTTPRequestHandler):
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise Refused(HTTPStatus.BAD_REQUEST) from error
 
-    def _stream(self, answers: Iterator[dict[str, Any]]) -> None:
+    def _stream(self, answers: Iterator[dict[str, object]]) -> None:
         """Send answers as they come, each a line."""
         self.close_connection = True
         self._head(HTTPStatus.OK, "application/x-ndjson", {"Connection": "close"})
@@ -289,7 +289,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
 
-def _refusing(answer: Callable[[], dict[str, Any] | None]) -> dict[str, Any] | None:
+def _refusing(answer: Callable[[], dict[str, object] | None]) -> dict[str, object] | None:
     """An answer, or why it is refused."""
     try:
         return answer()
@@ -354,7 +354,7 @@ class _Server(ThreadingHTTPServer):
             with suppress(OSError):
                 longest.shutdown(socket.SHUT_RDWR)  # its thread reads the end, and closes it
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: Any, client_address: object) -> None:
         """Say nothing where a page has gone in the middle of a line."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)

@@ -120,7 +120,7 @@ def loaded_of(session: Opened, state: State) -> Loaded:
     return loads(session.text, session.name, session.over(state), session.place)
 
 
-def start_data(session: Opened) -> dict[str, Any]:
+def start_data(session: Opened) -> dict[str, object]:
     """What a page begins with: the controls, what can be swept or added, and what is left out."""
     scenario = loaded_of(session, {}).scenario
     return {
@@ -136,14 +136,14 @@ def start_data(session: Opened) -> dict[str, Any]:
     }
 
 
-def _named(scenario: Scenario, varied: ScalarInput) -> dict[str, Any]:
+def _named(scenario: Scenario, varied: ScalarInput) -> dict[str, object]:
     """An input in words, and from where to where it is moved."""
     low, high = ends_of(scenario, varied)
     named = {"key": varied.value, "path": varied.path, "quantity": varied.quantity}
     return {**named, "symbol": varied.symbol, "unit": varied.unit, "from": low, "to": high}
 
 
-def first(session: Opened, state: State) -> dict[str, Any]:
+def first(session: Opened, state: State) -> dict[str, object]:
     """The first answer of a state, see `answers.first_answer`."""
     return first_answer(loaded_of(session, state))
 
@@ -155,7 +155,7 @@ def job_of(session: Opened, kind: Aside, question: Asked) -> Job:
     )
 
 
-def refusal(error: VireportError) -> dict[str, Any]:
+def refusal(error: VireportError) -> dict[str, object]:
     """What a page is told where there is no answer: each mistake with the path of its control, if it has one.
 
     Of many mistakes it is told the first, and how many more there are.

@@ -5,8 +5,6 @@ The words are those of `study.Task`, which is imported when a command is run, an
 
 from __future__ import annotations
 
-from typing import Any
-
 from msgspec import Struct
 
 from vireport.cli.options import output_option
@@ -43,7 +41,7 @@ RUN = CommandFormats(
 )
 
 
-def format_option(formats: CommandFormats, over: CommandFormats | None = None) -> Any:
+def format_option(formats: CommandFormats, over: CommandFormats | None = None) -> object:
     """The option `--format` of a command, which may have other formats with `--over`."""
     besides = f" beside {formats.always}" if formats.always else ""
     curves = "" if over is None else f"; with --over {', '.join(over.allowed)}"

@@ -47,12 +47,12 @@ def _folder(text: str) -> Path:
     return Path(text)
 
 
-def output_option(*names: str, **declared: Any) -> Any:
+def output_option(*names: str, **declared: Any) -> object:
     """An option that says what is written, and where."""
     return typer.Option(*names, rich_help_panel=OptionPanel.OUTPUT, **declared)
 
 
-def _messages(*names: str, **declared: Any) -> Any:
+def _messages(*names: str, **declared: Any) -> object:
     return typer.Option(*names, rich_help_panel=OptionPanel.MESSAGES, **declared)
 
 

@@ -115,7 +115,7 @@ class BeforeRun(Struct, frozen=True, eq=False):
         The run that the scenario comes from: what differs from its results is told.
     """
 
-    baseline: Mapping[str, Any] | None = None
+    baseline: Mapping[str, object] | None = None
     earlier: Earlier | None = None
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 from msgspec.structs import replace
@@ -109,7 +108,7 @@ def _side_by_side(comparison: Comparison, templates: Path | None) -> Iterator[Pi
 
 
 def compare_figure(
-    comparison: Comparison, name: str, *, width_mm: float | None = None, style: Mapping[str, Any] | None = None
+    comparison: Comparison, name: str, *, width_mm: float | None = None, style: Mapping[str, object] | None = None
 ) -> tuple[Figure, ...]:
     """Draw one kind of figure of a comparison, for notebooks and papers.
 

@@ -63,7 +63,7 @@ class Paper(Struct, eq=False):
         """Add a line to what is there; NaN breaks it."""
         (self.thin if thin else self.solid).append(dense(self.inches(line)))
 
-    def write(self, text: str, places: Iterator[Place], **look: Any) -> bool:
+    def write(self, text: str, places: Iterator[Place], **look: object) -> bool:
         """Write a name at the best of some places, the preferred ones first; whether there is room for it."""
         half = half_of(text, sheet().small)
         solid, thin = (np.concatenate([np.empty((0, 2)), *clouds]) for clouds in (self.solid, self.thin))
@@ -91,7 +91,7 @@ class Paper(Struct, eq=False):
         )  # fmt: skip
 
     def mark(
-        self, at: Sequence[float], ends: Sequence[Sequence[float]], margins: Sequence[str], name: str, **look: Any
+        self, at: Sequence[float], ends: Sequence[Sequence[float]], margins: Sequence[str], name: str, **look: object
     ) -> bool:
         """Write what a design point is called, and the margins beside their bars; whether the name has a place."""
         cross = self.inches(at)
@@ -102,7 +102,7 @@ class Paper(Struct, eq=False):
             self.write(text, near_bar(cross, self.inches(end), text), **look)
         return self.write(name, around(cross, name), **look)
 
-    def name(self, area: NDArray[np.bool_], text: str, every: bool = True, **look: Any) -> bool:
+    def name(self, area: NDArray[np.bool_], text: str, every: bool = True, **look: object) -> bool:
         """Write a name in the middle of the widest place of each part of an area that has room; whether one has.
 
         Parameters

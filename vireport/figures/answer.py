@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -37,7 +36,7 @@ ALIKE_WITHIN = 1e-3
 ROOM_AT = 0.12
 """Height of the arrow that shows the room of the design point, over that of the panel."""
 
-BEHIND: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8}
+BEHIND: dict[str, object] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8}
 """What stands under a text that may lie on a curve."""
 
 ARROW_FROM = 0.04

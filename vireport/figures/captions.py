@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -53,7 +52,7 @@ FILES = {
 """Templates of the words of each figure of the core; those of figures that are not drawn are not read."""
 
 
-def pictured(name: AnyTask, facts: Mapping[str, Any], figure: Figure, templates: Path | None = None) -> Picture:
+def pictured(name: AnyTask, facts: Mapping[str, object], figure: Figure, templates: Path | None = None) -> Picture:
     """Give a figure its title, caption and alternative text.
 
     Parameters
@@ -70,7 +69,7 @@ def pictured(name: AnyTask, facts: Mapping[str, Any], figure: Figure, templates:
     return Picture(name, title_of(name, templates), caption, alt, figure)
 
 
-def alt_text(name: AnyTask, facts: Mapping[str, Any], templates: Path | None = None) -> str:
+def alt_text(name: AnyTask, facts: Mapping[str, object], templates: Path | None = None) -> str:
     """A description of what a figure shows for those who do not see it."""
     return _said(name, "alt", templates, facts)
 
@@ -85,7 +84,7 @@ def about(name: Task, templates: Path | None = None) -> str:
     return _said(name, "about", templates)
 
 
-def _said(name: AnyTask, part: str, templates: Path | None, *facts: Mapping[str, Any]) -> str:
+def _said(name: AnyTask, part: str, templates: Path | None, *facts: Mapping[str, object]) -> str:
     file = FILES[name] if isinstance(name, Task) else name.removeprefix("figure-")
     return Words(f"figures/{file}", templates)(f"{name.replace('-', '_')}_{part}", *facts)
 
@@ -202,7 +201,7 @@ def measured_caption(study: Study) -> str:
     return Words("measured")("points", MeasuredPoints(len(drawable), tuple(words), loose, ways))
 
 
-def caption_facts(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> dict[str, Any]:
+def caption_facts(study: Study, figure: Task, simulated: PairedImpacts | None = None) -> dict[str, object]:
     """What figure 2, 4 or 7 shows of a study, for its words."""
     solution, parts = study.solution, stretches(study.solution)
     swept, membrane = solution.parameter, solution.membrane

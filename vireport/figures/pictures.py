@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from math import isclose
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
@@ -38,7 +38,7 @@ def pictures(
     templates: Path | None = None,
     *,
     width_mm: float | None = None,
-    style: Mapping[str, Any] | None = None,
+    style: Mapping[str, object] | None = None,
 ) -> tuple[Picture, ...]:
     """Draw the figures that a study's plan runs, in the order of their names.
 

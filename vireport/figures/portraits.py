@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -157,7 +157,7 @@ def portraits_picture(
     return pictured(name, facts, figure, templates)
 
 
-def portrait_facts(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, Any]:
+def portrait_facts(name: Task, portraits: Sequence[Portrait], held: Sequence[str]) -> dict[str, object]:
     """What one of these figures shows, for its words."""
     columns = 1 if name == Task.FIGURE_6 else 2
     panels = [[letter_of(columns * k + column) for column in range(columns)] for k in range(len(portraits))]
@@ -178,7 +178,7 @@ def _beside_phase_portraits(
     """
     columns = columns_of(2) if label and len(portraits) <= MOST_STACKED else 2
     height, ticks = _row_height(len(portraits)) if columns == 2 else (STACKED, int(3 * STACKED))
-    spacing: dict[str, Any] = {"width_ratios": (LEFT, RIGHT), "sharey": "none" if label else "row"}
+    spacing: dict[str, object] = {"width_ratios": (LEFT, RIGHT), "sharey": "none" if label else "row"}
     rows = 2 * len(portraits) // columns
     with style():
         figure, panels = blank(rows, columns, **spacing if columns == 2 else {})
@@ -503,7 +503,7 @@ def short(word: str) -> str:
     return f"{word[:LONGEST_WORD]}… ({len(word.replace('~', ''))})"
 
 
-def _facts_of(portrait: Portrait) -> dict[str, Any]:
+def _facts_of(portrait: Portrait) -> dict[str, object]:
     """What a motion is told by: a periodic one by its impact speeds, the first on the bottom, and the phase of that."""
     attractor = portrait.attractor
     facts = {"setting": setting(portrait), "motion": motion_words(portrait), "cycle": attractor.cycle, "lyapunov": None}

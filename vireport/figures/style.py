@@ -122,7 +122,7 @@ class Sheet(Struct, frozen=True):
     settings: Mapping[str, Any] = {}
 
     @staticmethod
-    def of(width_mm: float | None = None, settings: Mapping[str, Any] | None = None) -> Sheet:
+    def of(width_mm: float | None = None, settings: Mapping[str, object] | None = None) -> Sheet:
         """The sheet for figures of some width or, without one, the sheet that figures are drawn for just now.
 
         Parameters

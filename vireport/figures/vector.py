@@ -87,7 +87,7 @@ class _Drawing(_Ruler, RendererSVG):
     def close_group(self, s: str) -> None:
         pass
 
-    def draw_path(self, gc: Any, path: Any, transform: Any, rgbFace: Any = None) -> None:
+    def draw_path(self, gc: object, path: object, transform: object, rgbFace: object = None) -> None:
         if self.recorded:
             context, place = self._kept(gc), self._placed(transform)
             self.strokes.append(lambda pixels: pixels.draw_path(context, path, place, rgbFace))
@@ -95,12 +95,12 @@ class _Drawing(_Ruler, RendererSVG):
 
     def draw_markers(
         self,
-        gc: Any,
-        marker_path: Any,
-        marker_trans: Any,
-        path: Any,
-        trans: Any,
-        rgbFace: Any = None,
+        gc: object,
+        marker_path: object,
+        marker_trans: object,
+        path: object,
+        trans: object,
+        rgbFace: object = None,
     ) -> None:
         if self.recorded:
             context, form, places = self._kept(gc), self._placed(marker_trans), self._placed(trans)
@@ -108,26 +108,26 @@ class _Drawing(_Ruler, RendererSVG):
         super().draw_markers(gc, marker_path, marker_trans, path, trans, rgbFace)  # type: ignore[no-untyped-call]
 
     def draw_text(
-        self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
+        self, gc: object, x: float, y: float, s: str, prop: object, angle: float, ismath: Any = False, mtext: Any = None
     ) -> None:
         if self.recorded:
             context, at = self._kept(gc), self._scale.transform((x, y))
             self.strokes.append(lambda pixels: pixels.draw_text(context, *at, s, prop, angle, ismath, mtext))
         super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)  # type: ignore[no-untyped-call]
 
-    def draw_image(self, *args: Any, **kwargs: Any) -> None:
+    def draw_image(self, *args: object, **kwargs: object) -> None:
         self.recorded = False
         super().draw_image(*args, **kwargs)  # type: ignore[no-untyped-call]
 
-    def draw_path_collection(self, *args: Any, **kwargs: Any) -> None:
+    def draw_path_collection(self, *args: object, **kwargs: object) -> None:
         self.recorded = False
         super().draw_path_collection(*args, **kwargs)  # type: ignore[no-untyped-call]
 
-    def draw_gouraud_triangles(self, *args: Any, **kwargs: Any) -> None:
+    def draw_gouraud_triangles(self, *args: object, **kwargs: object) -> None:
         self.recorded = False
         super().draw_gouraud_triangles(*args, **kwargs)  # type: ignore[no-untyped-call]
 
-    def _kept(self, gc: Any) -> Any:
+    def _kept(self, gc: Any) -> object:
         """A copy of a graphics context, which Matplotlib uses again, for pixels."""
         context: Any = self.new_gc()
         context.copy_properties(gc)
@@ -137,7 +137,7 @@ class _Drawing(_Ruler, RendererSVG):
             self.recorded = False
         return context
 
-    def _placed(self, transform: Any) -> Any:
+    def _placed(self, transform: Any) -> object:
         """Where a transform, which may change with the figure, leads to in pixels."""
         return Affine2D((transform.frozen() + self._scale).get_matrix())
 

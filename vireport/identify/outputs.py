@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -225,7 +225,7 @@ def _record_text(
     answer: Identification, shaker: ShakerMotion | None, referenced: bool, keys: LayoutBlock | None
 ) -> str:
     """What a scenario says of the record beside it, and of its clock where that knows the force."""
-    record: dict[str, Any] = {"impacts": RECORD} | (
+    record: dict[str, object] = {"impacts": RECORD} | (
         {} if keys is None else {"record": keys.model_dump(mode="json", exclude_none=True)}
     )
     if shaker is not None:

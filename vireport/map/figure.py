@@ -6,7 +6,6 @@ What fills the plane is drawn by `chart` and by `cells`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -53,7 +52,7 @@ def paper_of(axes: Axes) -> Paper:
 
 
 def mark_on_plane(
-    paper: Paper, plane: Plane, design: MapDesign | None, said: Words, on_pixels: bool = False, **look: Any
+    paper: Paper, plane: Plane, design: MapDesign | None, said: Words, on_pixels: bool = False, **look: object
 ) -> list[Entry]:
     """Draw a design point with the nearer margin along each input; what the legend must say of it.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -206,7 +205,7 @@ def _column_text(inspection: Inspection, column: InspectedColumn) -> str:
     """What a `record:` block says of a column: its name where no other has it, or else its number; and its unit."""
     name = column.title.name
     unique = [title.name for title in inspection.table.titles].count(name) == 1
-    named: Any = name if name and unique and visible(name) == name else column.number
+    named: object = name if name and unique and visible(name) == name else column.number
     unit = "" if column.title.unit is None else f", unit: {column.title.unit}"
     quoted = '"' + named.replace("\\", "\\\\").replace('"', '\\"') + '"' if isinstance(named, str) else named
     return f"{{column: {quoted}{unit}}}"

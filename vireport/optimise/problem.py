@@ -208,7 +208,7 @@ class Problem(Struct, frozen=True):
         device, membrane = Device.of(self.loaded.scenario), Membrane.of(self.loaded.scenario)
         for path, column in zip(self.paths, self.values(t).T, strict=True):
             name = path.rpartition(".")[2]
-            changed: dict[str, Any] = {name: column if column.ndim else float(column)}
+            changed: dict[str, object] = {name: column if column.ndim else float(column)}
             if hasattr(device, name):
                 device = device.with_values(changed)
                 membrane = membrane and membrane.of_device(device)

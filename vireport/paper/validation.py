@@ -11,7 +11,6 @@ from csv import DictReader
 from itertools import chain, groupby
 from math import acos, asin, atan2, cos, hypot, inf, pi, sin, sqrt
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -248,7 +247,7 @@ Result = tuple[str, tuple[ValidatedNumber, ...]]
 """A quantity, and its numbers."""
 
 
-def _table(restitution: float, swept: dict[str, Any], limits: tuple[int, int], **excitation: float) -> Atlas:
+def _table(restitution: float, swept: dict[str, object], limits: tuple[int, int], **excitation: float) -> Atlas:
     """The motions of a ball on a table that vibrates at 1 Hz.
 
     Parameters
@@ -276,11 +275,11 @@ def _table(restitution: float, swept: dict[str, Any], limits: tuple[int, int], *
     return study.atlas
 
 
-def _study(scenario: dict[str, Any]) -> Study:
+def _study(scenario: dict[str, object]) -> Study:
     return analyse(load({"schema_version": 1, **scenario}), (Task.JSON,))
 
 
-def _over_acceleration(low: float, high: float) -> dict[str, Any]:
+def _over_acceleration(low: float, high: float) -> dict[str, object]:
     """A sweep over the amplitude of the table's acceleration, in units of gravity."""
     return {"parameter": "amplitude_n", "from": low * GRAVITY, "to": high * GRAVITY}
 

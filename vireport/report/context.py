@@ -11,7 +11,7 @@ from itertools import chain
 from math import hypot
 from pathlib import Path
 from shlex import join
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from msgspec import Struct
 
@@ -156,7 +156,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         added = (finding for finding, _ in with_results(self.study.findings))
         return [finding.section for finding in added if finding.section and finding.within == within]
 
-    def added_parts(self, name: str) -> Mapping[str, Any]:
+    def added_parts(self, name: str) -> Mapping[str, object]:
         """Sentences and tables of the section of an addition (`name`) by their names; empty where it found nothing.
 
         Parameters
@@ -173,7 +173,7 @@ class Report(Struct, frozen=True, eq=False, dict=True):
         return list(dict.fromkeys(word.letters for word in self.study.verdict.motion.data.other_words))
 
     @property
-    def results(self) -> dict[str, Any]:
+    def results(self) -> dict[str, object]:
         """`results.json` as data; of the families those that the page shows."""
         return results(self.study, self.provenance, printed=True)
 

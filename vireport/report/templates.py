@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from jinja2 import Environment
 from jinja2.ext import Extension
@@ -203,7 +203,7 @@ def made_with(provenance: Provenance, overrides: Sequence[str] | None, templates
     return worded_table(say, "made_with", "tc", rows)
 
 
-FILTERS: dict[str, Callable[..., Any]] = {
+FILTERS: dict[str, Callable[..., object]] = {
     "json": inert_json,
     "made_with": made_with,
     "plus_minus": plus_minus,

@@ -197,7 +197,7 @@ class DeviceBlock(Block):
 
     @model_validator(mode="before")
     @classmethod
-    def _with_membrane(cls, tree: object) -> Any:
+    def _with_membrane(cls, tree: object) -> object:
         """Fill in the default membrane where energy is evaluated: where the ball's mass is given."""
         if isinstance(tree, dict) and tree.get("ball_mass_kg") is not None and tree.get("membrane") is None:
             return tree | {"membrane": {}}
@@ -1210,7 +1210,7 @@ def key_of(path: str) -> FieldInfo:
     return key
 
 
-def _kinds(annotation: object) -> Iterator[Any]:
+def _kinds(annotation: object) -> Iterator[object]:
     """The types that an annotation allows."""
     yield annotation
     for kind in get_args(annotation):

@@ -33,7 +33,7 @@ REQUIREMENTS = re.compile(r"^# requirements:.*\n(?:#   .*\n)+", re.MULTILINE)
 _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default", "examples", "required"]
 
 
-def schema() -> dict[str, Any]:
+def schema() -> dict[str, object]:
     """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, type, range and example of every key.
 
     It refuses what is wrong with one key alone. What holds between several keys, such as that the ball is lighter than
@@ -81,7 +81,7 @@ def _declared(model: type[Scenario]) -> dict[str, Any]:
     return _plain(whole, words)
 
 
-def _plain(node: dict[str, Any], words: dict[str, Any]) -> dict[str, Any]:
+def _plain(node: dict[str, Any], words: dict[str, object]) -> dict[str, object]:
     """A schema as a person would write it: a choice of words where it belongs, and null as one more type."""
     node = {name: value for name, value in node.items() if name != "default" or value is not None}
     for name in OF_ADDITIONS:
@@ -114,7 +114,7 @@ def _rank(name: str) -> tuple[int, str]:
     return _ORDER.index(name) if name in _ORDER else len(_ORDER), name
 
 
-def _flat(node: dict[str, Any], blocks: dict[str, Any], path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+def _flat(node: dict[str, Any], blocks: dict[str, Any], path: str = "") -> Iterator[tuple[str, dict[str, object]]]:
     inner = [(f"{path}.{name}" if path else name, key) for name, key in node.get("properties", {}).items()]
     if "items" in node:
         unit = {"unit": node["unit"]} if "unit" in node else {}

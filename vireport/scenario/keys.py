@@ -58,7 +58,7 @@ WhenGiven = Annotated[AnyBlock, _WhenGiven()]
 """A block that most scenarios are without."""
 
 
-REQUIRED: Any = ...
+REQUIRED: object = ...
 """Stands for the default of a key that has none."""
 
 
@@ -106,12 +106,12 @@ def key(
     )
 
 
-def positive(default: Any, title: str, unit: str, meaning: str, **declared: Any) -> Any:
+def positive(default: object, title: str, unit: str, meaning: str, **declared: Any) -> Any:
     """Declare a key of a number above 0, as large as that of any device; see `key`."""
     return key(default, title, unit, meaning, ge=SMALLEST, le=LARGEST, **declared)
 
 
-def added_keys(within: str = "") -> Mapping[str, tuple[Any, Any]]:
+def added_keys(within: str = "") -> Mapping[str, tuple[object, Any]]:
     """The keys that additions bring to a block of a scenario, by their names, each with its type and its key.
 
     Without `within` they are whole blocks.
@@ -155,7 +155,7 @@ def _extended(block: type[AnyBlock], fields: dict[str, Any]) -> type[AnyBlock]:
 
 def value_at(scenario: Block, path: str) -> Any:
     """The value of a key of a scenario by its path; None where it or its block is not given, or not known."""
-    value: Any = scenario
+    value: object = scenario
     for name in path.split("."):
         value = getattr(value, name, None)
     return value

@@ -326,7 +326,7 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     raise ScenarioError(document.name, [*document.mistakes, *mistakes], more)
 
 
-def _without(tree: object, path: str, block: str = "") -> tuple[Any, list[Finding]]:
+def _without(tree: object, path: str, block: str = "") -> tuple[object, list[Finding]]:
     """A block without a key that is an unknown one, and the finding on it, if it is there."""
     name, _, rest = path.partition(".")
     if not isinstance(tree, dict) or name not in tree:
@@ -339,7 +339,7 @@ def _without(tree: object, path: str, block: str = "") -> tuple[Any, list[Findin
     return tree | {name: inner}, refused
 
 
-def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, Any], dict[str, str]]:
+def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, object], dict[str, str]]:
     """The tree of a map file with a value of every parameter that varies, and the axis that each is taken from."""
     filled, stands_for = deepcopy(data), {}
     for k, axis in enumerate(rows_of(data, *AXES)):
@@ -354,7 +354,7 @@ def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, Any], dict[str, str
     return filled, stands_for
 
 
-def _value_on(axis: dict[str, Any], path: AxisPath) -> float:
+def _value_on(axis: dict[str, object], path: AxisPath) -> float:
     """A value of an axis that stands in the scenario: its first, or its largest for the ball's mass.
 
     Of the rules between several keys, the one that a map can break is that the ball is lighter than the capsule.

@@ -263,13 +263,13 @@ def _rule(path: str, message: str) -> Finding:
 
 class _Tree:
     def __init__(self, document: Document, wrong: AbstractSet[str]) -> None:
-        self.data: Any = document.data
+        self.data: object = document.data
         self.wrong, self.swept = wrong, swept(document)
         # Paths in the file with nothing behind their colon; what an override empties is on no line.
         self.bare = {path for path, text in document.written.items() if not text and document.lines[path]}
 
     def at(self, path: str) -> Any:
-        node: Any = self.data
+        node: object = self.data
         for step in path.split("."):
             node = node.get(step) if isinstance(node, dict) else None
         return node
@@ -693,7 +693,7 @@ def _objective(tree: _Tree, paths: list[DesignPath | None]) -> Iterator[Finding]
         yield _rule(f"design.{key}", f"{objective} needs {objective.needs}, which is not given (give it, or another)")
 
 
-def _design_sizes(tree: _Tree, rows: dict[DesignPath | None, tuple[str, Any]]) -> Iterator[Finding]:
+def _design_sizes(tree: _Tree, rows: dict[DesignPath | None, tuple[str, object]]) -> Iterator[Finding]:
     """The ball of every design is lighter than its capsule, and smaller than the membrane; `rows` are what varies."""
     for smaller, larger in LARGER.items():
         most, least = (_ends_of(tree, path, *rows.get(path, ("", None))) for path in (smaller, larger))
@@ -767,7 +767,7 @@ def _axes(tree: _Tree) -> Iterator[Finding]:
             yield _rule(f"{path_of_axis}.to", f"got {axis['to']:.12g}, the same as from (a different value)")
 
 
-def _axis_keys(axis: dict[str, Any], path: str, sampling: object) -> Iterator[Finding]:
+def _axis_keys(axis: dict[str, object], path: str, sampling: object) -> Iterator[Finding]:
     """Which keys an axis has depends on how the cells are chosen."""
     ends = {key: axis.get(key) for key in ("from", "to", "count")}
     drawn = sampling in (Sampling.LATIN_HYPERCUBE, Sampling.SOBOL)
@@ -789,7 +789,7 @@ def _axis_keys(axis: dict[str, Any], path: str, sampling: object) -> Iterator[Fi
             yield _rule(f"{path}.count", f"with {sampling} map.samples says how many points there are (delete it)")
 
 
-def _axis_limits(axis: dict[str, Any], axis_place: str, path: AxisPath | DesignPath) -> Iterator[Finding]:
+def _axis_limits(axis: dict[str, object], axis_place: str, path: AxisPath | DesignPath) -> Iterator[Finding]:
     low, high = path.limits
     ends = [(f"{axis_place}.{end}", axis.get(end)) for end in ("from", "to")]
     for place, value in [*ends, *_elements(f"{axis_place}.values", axis.get("values"))]:

@@ -13,7 +13,7 @@ OF_DEVICE = "schema_version", "title", "device", "excitation", "inclination_deg"
 """Keys of a scenario that say what the device is; the others ask for something."""
 
 
-def as_yaml(data: Mapping[str, Any]) -> str:
+def as_yaml(data: Mapping[str, object]) -> str:
     """Write the data of a scenario as YAML, in its order and without what is absent.
 
     Parameters
@@ -24,7 +24,7 @@ def as_yaml(data: Mapping[str, Any]) -> str:
     return str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
 
 
-def _present(data: Mapping[str, Any]) -> dict[str, Any]:
+def _present(data: Mapping[str, object]) -> dict[str, object]:
     kept = {key: value for key, value in data.items() if value is not None}
     return {key: _present(value) if isinstance(value, Mapping) else value for key, value in kept.items()}
 
@@ -34,7 +34,7 @@ def names_records(scenario: Scenario) -> bool:
     return scenario.excitation.record is not None or scenario.measured is not None
 
 
-def with_paths(data: Mapping[str, Any], moved: Callable[[str], str]) -> dict[str, Any]:
+def with_paths(data: Mapping[str, Any], moved: Callable[[str], str]) -> dict[str, object]:
     """The data of a scenario, as `to_dict` has it, with other paths of the records that it names."""
     tree = dict(data)
     if tree["excitation"]["record"] is not None:
@@ -44,7 +44,7 @@ def with_paths(data: Mapping[str, Any], moved: Callable[[str], str]) -> dict[str
     return tree
 
 
-def device_tree(scenario: Scenario, values: Mapping[str, Any]) -> dict[str, Any]:
+def device_tree(scenario: Scenario, values: Mapping[str, object]) -> dict[str, object]:
     """The scenario of a device alone, with other values of some keys, which are given by their paths."""
     all_keys = to_dict(scenario)
     tree = {name: all_keys[name] for name in OF_DEVICE} | {"excitation": all_keys["excitation"] | {"record": None}}

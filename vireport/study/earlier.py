@@ -11,7 +11,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 from msgspec import Struct
 
@@ -48,7 +47,7 @@ class Earlier(Struct, frozen=True):
     scenario: str
     name: str
     overrides: tuple[str, ...]
-    results: Mapping[str, Any]
+    results: Mapping[str, object]
 
     @property
     def file(self) -> str:

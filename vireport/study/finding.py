@@ -96,7 +96,7 @@ class AddedFinding(Generic[Result]):
         """How many starts come to a motion of a word that is required, in words; None where it does not know."""
         return None
 
-    def answers(self, result: Result, evidence: Evidence) -> Iterable[AddedAnswer[Any]]:
+    def answers(self, result: Result, evidence: Evidence) -> Iterable[AddedAnswer[object]]:
         """The answers of the verdict to its questions, as far as they arise."""
         return ()
 
@@ -112,7 +112,7 @@ class AddedFinding(Generic[Result]):
         """The figures among its steps, each a `figures.style.Picture`."""
         return ()
 
-    def parts(self, result: Result, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, result: Result, templates: Path | None) -> Mapping[str, object]:
         """Sentences and tables of its section, by the names that its template knows."""
         return {}
 

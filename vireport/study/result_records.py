@@ -1742,9 +1742,9 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
     left_out: list[LeftOutData] = []
 
 
-def blocks_of(results: ResultsBlock) -> dict[str, Any]:
+def blocks_of(results: ResultsBlock) -> dict[str, object]:
     """Blocks of a file of results by their keys, those of additions in their place."""
-    blocks: dict[str, Any] = {}
+    blocks: dict[str, object] = {}
     for key, block in keyed(results).items():
         blocks |= block if key == ADDED else {key: block}
     return blocks

@@ -105,7 +105,7 @@ DIFFERENCE = 2e-15
 """Error of a difference between two computed velocities (of the order of 1) or phases: their rounding."""
 
 
-def analytic_results(solution: Solution, scenario: dict[str, Any], no_distortion: str | None = None) -> Results:
+def analytic_results(solution: Solution, scenario: dict[str, object], no_distortion: str | None = None) -> Results:
     """Results of the analytic theory alone: branches, points, design point, ranges and Table 1.
 
     Parameters
@@ -138,7 +138,7 @@ def analytic_results(solution: Solution, scenario: dict[str, Any], no_distortion
 def branches_csv(solution: Solution, atlas: Atlas | None = None) -> bytes:
     """Every motion of every branch as a row of a table, by the names of results.json; then those of the families."""
     head: list[str] = []
-    rows: list[list[Any]] = []
+    rows: list[list[object]] = []
     for columns in _motions_by_branch(solution):
         head = list(columns)
         rows += [list(row) for row in zip(*columns.values(), strict=True)]
@@ -172,7 +172,7 @@ def _motions_by_branch(solution: Solution) -> Iterator[dict[str, list[Any]]]:
         yield {"branch": [data.number] * count, "family": [data.family] * count, **_table(data)}
 
 
-def _table(data: BranchData) -> dict[str, list[Any]]:
+def _table(data: BranchData) -> dict[str, list[object]]:
     """Columns of a branch with a value for each motion, by their names."""
     return {name: column for name, column in keyed(data).items() if name in data.columns}
 
@@ -184,7 +184,7 @@ def family_motions(atlas: Atlas | None, membrane: Membrane | None) -> Iterator[M
             yield from family_rows(family, membrane)
 
 
-def json_bytes(data: Mapping[str, Any], provenance: Provenance) -> bytes:
+def json_bytes(data: Mapping[str, object], provenance: Provenance) -> bytes:
     """Serialise plain data as JSON, one top-level key a line: the version of the format first, the provenance last.
 
     Floats read back exactly; what is not finite is null.
@@ -194,7 +194,7 @@ def json_bytes(data: Mapping[str, Any], provenance: Provenance) -> bytes:
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
-def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> bytes:
+def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
     """A table as CSV: floats read back exactly, booleans are ``true`` and ``false``, None is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -203,7 +203,7 @@ def csv_bytes(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> bytes:
     return text.getvalue().encode()
 
 
-def _cell(value: object) -> Any:
+def _cell(value: object) -> object:
     if isinstance(value, bool):
         return str(value).lower()
     return inert_cell(value) if isinstance(value, str) else repr(value) if isinstance(value, float) else value
@@ -227,7 +227,7 @@ DIMENSIONLESS = (
 """The numbers of motions, by their names in `Motions`."""
 
 
-def _columns(record: Motions | Voltages, names: Iterable[str]) -> dict[str, list[Any]]:
+def _columns(record: Motions | Voltages, names: Iterable[str]) -> dict[str, list[object]]:
     """Arrays of a record, by their names in results.json."""
     return {COLUMNS.get(name, name): getattr(record, name).tolist() for name in names}
 
@@ -756,7 +756,7 @@ def _end(attractor: Attractor, groups: Groups[float]) -> StartEnd:
     )
 
 
-def results_block(data: Mapping[str, Any], name: str) -> dict[str, Any]:
+def results_block(data: Mapping[str, Any], name: str) -> dict[str, object]:
     """A block of results.json, {} where it is null."""
     if not isinstance(data, Mapping) or "scenario" not in data:
         raise UsageError("results are needed (allowed: the content of a results.json, as json.load gives it)")

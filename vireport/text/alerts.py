@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from enum import StrEnum
 from textwrap import fill
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -74,7 +74,7 @@ class Sentence(NamedTuple):
     """
 
     name: str
-    values: Mapping[str, Any] = {}
+    values: Mapping[str, object] = {}
 
 
 class Explanation(Struct, frozen=True, eq=False):

@@ -30,7 +30,7 @@ class Phrase(Struct, frozen=True):
 
     file: str
     pattern: str
-    values: Mapping[str, Any] = {}
+    values: Mapping[str, object] = {}
 
     def __repr__(self) -> str:
         return repr(str(self))
@@ -54,7 +54,7 @@ class Phrase(Struct, frozen=True):
         return self._filled(templates, on_page=True)
 
     def _filled(self, templates: Path | None, on_page: bool) -> str:
-        def printed(value: object) -> Any:
+        def printed(value: object) -> object:
             if isinstance(value, float):
                 return _Number(value)
             if isinstance(value, list):

@@ -25,7 +25,7 @@ class Said(Struct, frozen=True):
     """
 
     macro: str
-    values: tuple[Any, ...] = ()
+    values: tuple[object, ...] = ()
     file: str = "opening"
 
     __repr__ = brief

@@ -46,7 +46,7 @@ from vireport.text.formatting import (
 )
 from vireport.text.patterns import Phrase
 
-FILTERS: dict[str, Callable[..., Any]] = {
+FILTERS: dict[str, Callable[..., object]] = {
     "apart": apart,
     "capital": capital,
     "error_bound": error_bound,
@@ -95,7 +95,7 @@ class _Compiled(FileSystemBytecodeCache):
 
 
 def environment_of(
-    templates: Path | None, finalize: Callable[[Any], str] = str, keep_trailing_newline: bool = False
+    templates: Path | None, finalize: Callable[[object], str] = str, keep_trailing_newline: bool = False
 ) -> Environment:
     """How templates are read: from a user's folder first, if there is one, and with every name defined.
 

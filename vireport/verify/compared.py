@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -57,7 +56,7 @@ def examine(study: Study, bound: float = BOUND, degenerate: bool = False) -> Cas
         for those at the same length are far away (a double root) or do not exist.
     """
     solution, design, codes = study.solution, study.solution.design, {alert.code for alert in study.alerts}
-    parts: list[Any] = [design, solution.stable_ranges, solution.table, solution.critical_points]
+    parts: list[object] = [design, solution.stable_ranges, solution.table, solution.critical_points]
     parts += [part for branch in solution.branches for part in (branch.motions, branch.voltages_by_motion)]
     require_finite([part for part in parts if part is not None])
     errors, texts = [0.0], []

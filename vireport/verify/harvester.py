@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -62,7 +60,7 @@ class Harvester(Struct, frozen=True):
         """The groups of the device."""
         return self.device.groups(Parameter.LENGTH, self.device.length_m).as_floats()
 
-    def with_device(self, **changes: Any) -> Harvester:
+    def with_device(self, **changes: object) -> Harvester:
         """A harvester with other values of the device."""
         return replace(self, device=replace(self.device, **changes))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -84,7 +84,7 @@ def accuracy_opening(study: Study) -> Opening:
     return Opening(status, _said(f"word_{name}"), _said(name, names), facts, tuple(tiles))
 
 
-def _findings() -> Iterator[AddedFinding[Any]]:
+def _findings() -> Iterator[AddedFinding[object]]:
     """The additions whose results are said and written."""
     return (finding for name, finding in findings().items() if name in (CHECKS, MEMBRANES))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import zip_longest
 from math import ceil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -111,7 +110,7 @@ def picture(work: WorkPrecision, name: AnyTask, templates: Path | None = None) -
     return pictured(name, error_facts(work, templates), figure_accuracy(work), templates)
 
 
-def error_facts(work: WorkPrecision, templates: Path | None = None) -> dict[str, Any]:
+def error_facts(work: WorkPrecision, templates: Path | None = None) -> dict[str, object]:
     """What the diagram shows, for its words: its panels, and the time to an accuracy and the least error of methods."""
     methods = []
     for name in METHOD_NAMES:

@@ -72,7 +72,7 @@ class ChecksFinding(AddedFinding["WorkPrecision"]):
 
             yield picture(measured_errors, drawn, templates)
 
-    def parts(self, measured_errors: WorkPrecision, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, measured_errors: WorkPrecision, templates: Path | None) -> Mapping[str, object]:
         """What each method reaches, and which is the fastest."""
         from vireport.findings.accuracy.tables import measurements, ranking
 

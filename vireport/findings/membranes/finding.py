@@ -97,7 +97,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
 
             yield picture(compliance, drawn, templates)
 
-    def parts(self, compliance: Compliance, templates: Path | None) -> Mapping[str, Any]:
+    def parts(self, compliance: Compliance, templates: Path | None) -> Mapping[str, object]:
         """The verdict on the rigid model, what moves from it, where a motion is lost, and how solvers do."""
         from vireport.findings.membranes.tables import comparison_with_rigid, lost, solvers_on_stiff_membranes, verdict
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -191,7 +190,7 @@ def worst_scenario(scenario: Scenario, worst: Failure) -> str:
     return as_yaml(device_tree(scenario, {varied.path: value for varied, value in worst.values.items()}))
 
 
-def recheck(data: Mapping[str, Any]) -> float:
+def recheck(data: Mapping[str, object]) -> float:
     """Go through the boxes of a proof over tolerances once more, from results alone.
 
     Parameters

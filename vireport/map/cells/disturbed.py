@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from operator import itemgetter
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from vireport.physics.groups import Groups
 DESTINATIONS = tuple(Destination)
 
 
-def from_rest_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int) -> dict[str, Any]:
+def from_rest_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int) -> dict[str, object]:
     """What each cell comes to that is switched on at once, by compiled code; None where there is no word or period."""
     outcomes = tuple(outcomes_of(groups, motions, ratio, compiled=True))
     return {

@@ -199,7 +199,7 @@ def _voltages(
 
 def _simulated(
     block: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
     from vireport.study.checks.crosscheck import is_one_to_one
 

@@ -405,7 +405,7 @@ class _Watch:
                     f"in version {client[package]} (install the same everywhere)"
                 )
 
-    def _answer(self, ask: Callable[..., Any], **arguments: Any) -> Any:
+    def _answer(self, ask: Callable[..., object], **arguments: object) -> Any:
         try:
             return self.client.sync(ask, callback_timeout=ANSWER, **arguments)
         except OSError as error:  # a time-out among them

@@ -72,7 +72,7 @@ class DevicePlane(Plane, frozen=True, eq=False):
 
     def device_at(self, varied: Sequence[Any]) -> Device:
         """The device with these values of the inputs."""
-        changed: dict[str, Any] = dict(zip(self.inputs, varied, strict=True))
+        changed: dict[str, object] = dict(zip(self.inputs, varied, strict=True))
         return self.device.with_values(changed)
 
     @property

@@ -56,7 +56,7 @@ def require_comparable(baseline: object, name: str) -> None:
 
 
 def diff(
-    baseline: Mapping[str, Any], study: Study | Mapping[str, Any], relative: float = RELATIVE
+    baseline: Mapping[str, object], study: Study | Mapping[str, object], relative: float = RELATIVE
 ) -> tuple[ComparisonRow, ...]:
     """What changed beyond tolerance since a baseline: rows with the value before and the value now.
 
@@ -140,7 +140,7 @@ def _relabelled(old: Results, new: Results, relative: float) -> Results:
     """
     taken = [_name(point) for point in new.critical_points]
     clashing = [point.label for point in old.critical_points if _name(point) in taken]
-    labels: dict[str, Any] = {label: Said("of_baseline", (label,), "quantities") for label in clashing}
+    labels: dict[str, object] = {label: Said("of_baseline", (label,), "quantities") for label in clashing}
     labels |= {point.label: match.label for point, match in _paired(old, new, relative)}
 
     def named(points: Sequence[Place]) -> list[Place]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from vireport.base.encoding import json_text
 from vireport.report.changes.baseline import RELATIVE, diff
@@ -92,7 +91,7 @@ def _count(changed: Sequence[ComparisonRow], baseline: str | None) -> Said:
     return _said("one_change" if changed else "no_change", since)
 
 
-def rerun_text(baseline: Mapping[str, Any], study: Study, name: str, templates: Path | None = None) -> str:
+def rerun_text(baseline: Mapping[str, object], study: Study, name: str, templates: Path | None = None) -> str:
     """Say whether a study gives the very results of an earlier run, or what differs; without a newline at the end.
 
     Raises

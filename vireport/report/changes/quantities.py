@@ -377,7 +377,7 @@ def _computed_impact(scenario: ComparedScenario, side: int, impact: MeasuredImpa
     }
 
 
-def _settings(scenario: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+def _settings(scenario: Mapping[str, object], path: str = "") -> Iterator[tuple[str, object]]:
     """Read the values of a scenario by their dotted paths, but for what is not given, or has no part in results."""
     for key, value in scenario.items():
         if isinstance(value, list) and value and isinstance(value[0], Mapping):

@@ -122,12 +122,12 @@ class ComparisonRow(Struct, frozen=True):
         return tuple(cell.value for cell in self.cells)
 
     @property
-    def before(self) -> Any:
+    def before(self) -> object:
         """Value in the first scenario, which is the baseline where there is one."""
         return self.cells[0].value
 
     @property
-    def after(self) -> Any:
+    def after(self) -> object:
         """Value in the last scenario, which is that of now where there is a baseline."""
         return self.cells[-1].value
 

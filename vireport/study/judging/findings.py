@@ -15,6 +15,6 @@ def findings() -> Mapping[str, Any]:
     return {finding.name: finding for finding in declared("finding")}
 
 
-def with_results(results: Mapping[str, Any]) -> Iterator[tuple[Any, Any]]:
+def with_results(results: Mapping[str, object]) -> Iterator[tuple[Any, object]]:
     """The additions that found something, each with what it found."""
     return ((finding, results[name]) for name, finding in findings().items() if name in results)

@@ -467,7 +467,7 @@ def verdict_of(evidence: Evidence) -> Verdict:
     return replace(verdict, conclusion=conclusions[0], conclusions=conclusions, added=added, **held)
 
 
-def _added(evidence: Evidence) -> dict[str, AddedAnswer[Any]]:
+def _added(evidence: Evidence) -> dict[str, AddedAnswer[object]]:
     """The answers of additions, by their names."""
     answers = (
         answer for finding, result in with_results(evidence.findings) for answer in finding.answers(result, evidence)
