@@ -154,9 +154,9 @@ def may_be_null(kind: Type) -> bool:
 
 def shown_in(pages: str) -> set[str]:
     """Names of the records whose keys stand in a table."""
-    listed = (names for _, made, names in TABLE.findall(pages) if made == "keys")
+    kinds, listed = records(), (names for _, made, names in TABLE.findall(pages) if made == "keys")
     entries = (entry for names in listed for entry in names.split(", "))
-    return {base.__name__ for entry in entries for base in records()[entry.rpartition(": ")[2]].__mro__}
+    return {base.__name__ for entry in entries for base in kinds[entry.rpartition(": ")[2]].__mro__}
 
 
 def with_additions(pages: dict[Path, str]) -> str:

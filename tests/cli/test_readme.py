@@ -327,6 +327,12 @@ def test_a_key_of_the_results_that_nothing_describes_is_a_mistake() -> None:
         "| **of `damper`:** | A record. | |\n| `loss`, `heat` | Energy \\| work, in words. | J |\n"
         "| `work` | What is done. | |\n\nAfter.\n"
     )
+    pages = {tool["RESULTS"]: "Results.\n", tool["RESULTS"].with_name("other.md"): page}
+    listed = pages | {tool["RESULTS"]: f"Results.\n{tool['MARK']}"}
+    assert tool["with_additions"](pages) == listed[tool["RESULTS"]]  # of records of the core none is added
+    Damped.__module__ = "vireport.findings.damper.results"
+    added = f"{listed[tool['RESULTS']]}\n## A record\n\n<!-- keys of Damped -->\n"
+    assert tool["with_additions"](listed) == tool["with_additions"](pages) == added
 
 
 def test_alerts_that_are_named_exist() -> None:

@@ -40,7 +40,7 @@ from vireport.physics.forcing import Harmonic
 from vireport.physics.forcing import with_harmonic as added
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
-from vireport.physics.numbers import FLOATS
+from vireport.physics.numbers import FLOATS, DecimalOps, DoubleOps
 from vireport.scenario.blocks import LARGEST_HARMONIC
 from vireport.scenario.parameters import Parameter
 
@@ -116,7 +116,7 @@ class Ray(Struct, frozen=True, eq=False):
     sine: Any
 
     @staticmethod
-    def of(device: Device, order: int, phase: float, ops: Any) -> Ray:
+    def of(device: Device, order: int, phase: float, ops: DoubleOps | DecimalOps) -> Ray:
         """The ray of one phase, in a kind of number; the phase is that of the nearest double."""
         origin = model_on_line(Line.LENGTHS, device, ops).origin
         return Ray(origin, order, ops.exact(cos(phase)), -ops.exact(sin(phase)))
@@ -330,7 +330,7 @@ class _Border(Struct, frozen=True, eq=False):
                 return _End(self, way, event, x, symmetric, self._turn(way, event, x, symmetric))
         return None
 
-    def _ray(self, way: float, ops: Any) -> Ray:
+    def _ray(self, way: float, ops: DoubleOps | DecimalOps) -> Ray:
         """The ray of a phase [rad], in a kind of number."""
         return Ray.of(self.device, self.order, way, ops)
 

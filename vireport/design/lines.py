@@ -26,7 +26,7 @@ from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, map_restitution, stated
 from vireport.physics.motion import Motion
-from vireport.physics.numbers import FLOATS
+from vireport.physics.numbers import FLOATS, DecimalOps, DoubleOps
 from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -90,7 +90,7 @@ class LineModel(Struct, frozen=True, eq=False):
 
     line: Line
     origin: Groups[Any]
-    ops: Any
+    ops: DoubleOps | DecimalOps
     capsule_share: Any
     rubbed: tuple[Any, Any] = (0, 0)
 
@@ -195,18 +195,20 @@ def line_of(varied: DesignInput, device: Device) -> Line:
     return next(line for line in Line if varied in line.value)
 
 
-def model_on_line(line: Line, device: Device, ops: Any) -> LineModel:
+def model_on_line(line: Line, device: Device, ops: DoubleOps | DecimalOps) -> LineModel:
     """A line through a device with all inputs, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
-    rubbed = 0, 0
+    rubbed: tuple[Any, Any] = 0, 0
     if device.rubs:
         upright = replace(device, inclination_deg=90.0).groups(Parameter.LENGTH, device.length_m, ops)
         rubbed = ops.exact(device.friction), upright.gbar
     return LineModel(line, groups.as_floats() if ops is FLOATS else groups, ops, share, rubbed)
 
 
-def value_at(device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: Any) -> Any:
+def value_at(
+    device: Device, varied: DesignInput, position: Any, groups: Groups[Any], ops: DoubleOps | DecimalOps
+) -> Any:
     """Value of an input at a position on its line, where the device has the `groups`, in its unit."""
     value = ops.exact(device.value_of(varied))
     match varied:

@@ -18,7 +18,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vireport.base.errors import ScenarioError, UsageError, VireportError
+from vireport.base.errors import ScenarioError, UsageError
 from vireport.measurement.flights import Array
 from vireport.measurement.tables import UNUSED, RecordedTable, Title, Wanted, unit_in
 from vireport.scenario.blocks import DecimalMark, Delimiter, LayoutBlock, RecordedUnit
@@ -308,7 +308,9 @@ def _laid_out(lines: Sequence[str], delimiter: Delimiter, decimal: DecimalMark) 
     typical = [cells for _, cells in rows[-TYPICAL:]]
     counts = [len(cells) for cells in typical]
     width = max(set(counts), key=counts.count)
-    typical = [cells for cells in typical if len(cells) == width and _some_number(cells, decimal)]
+    typical = [
+        cells for cells in typical if len(cells) == width and any(NUMBER[decimal].fullmatch(cell) for cell in cells)
+    ]
     if not typical:
         return None
     values = [[number_in(cell, decimal) for cell in cells] for cells in typical]
@@ -333,10 +335,6 @@ def _laid_out(lines: Sequence[str], delimiter: Delimiter, decimal: DecimalMark) 
     while begin and blank and is_row(rows[begin - 1][1], False):
         begin -= 1
     return TextLayout(delimiter, decimal, rows[begin][0], width, numeric)
-
-
-def _some_number(cells: list[str], decimal: DecimalMark) -> bool:
-    return any(NUMBER[decimal].fullmatch(cell) for cell in cells)
 
 
 def _texts(lines: Sequence[str], way: TextLayout) -> int:
@@ -515,14 +513,15 @@ def _numbers(name: str, data: bytes, place: int, layout: TextLayout, used: list[
     if layout.decimal is DecimalMark.COMMA:
         body = body.replace(b",", b".")
     mark = layout.delimiter.encode()
-    read: Callable[[bytes], Array] = partial(_loaded, layout=layout, used=used)
     try:
-        rows = read(body)
+        rows = _loaded(body, layout, used)
     except ValueError:
         try:
-            rows = read(_with_missing(body, mark))
+            rows = _loaded(_with_missing(body, mark), layout, used)
         except ValueError:
-            raise _wrong_row(name, data, layout, used) from None
+            message = "rows cannot be read as numbers (allowed: numbers alone)"
+            wrong = _first_wrong_row(name, data, layout, used)
+            raise wrong or ScenarioError.in_line(name, layout.first + 1, "", message) from None
     # More values than columns would not be seen where some are not used: a decimal comma makes them.
     if layout.delimiter is not Delimiter.BLANKS and body.count(mark) != len(rows) * (layout.cells - 1):
         wrong = _first_wrong_row(name, data, layout, used)
@@ -535,11 +534,8 @@ def _loaded(body: bytes, layout: TextLayout, used: list[int]) -> Array:
     delimiter = None if layout.delimiter is Delimiter.BLANKS else layout.delimiter.value
     if not body.strip():
         return np.empty((0, len(used)))
-    stream = io.BytesIO(body)
-    rows = np.loadtxt(
-        stream, delimiter=delimiter, comments=None, usecols=used, ndmin=2, quotechar='"', encoding="utf-8"
-    )
-    return np.asarray(rows)
+    read = partial(np.loadtxt, comments=None, usecols=used, ndmin=2, quotechar='"', encoding="utf-8")
+    return np.asarray(read(io.BytesIO(body), delimiter=delimiter))
 
 
 def _with_missing(body: bytes, mark: bytes) -> bytes:
@@ -550,13 +546,8 @@ def _with_missing(body: bytes, mark: bytes) -> bytes:
     return body.replace("∞".encode(), b"inf")
 
 
-def _wrong_row(name: str, data: bytes, layout: TextLayout, used: list[int]) -> VireportError:
-    """The error about the first row of a file that is no row of numbers."""
-    message = "rows cannot be read as numbers (allowed: numbers alone)"
-    return _first_wrong_row(name, data, layout, used) or ScenarioError.in_line(name, layout.first + 1, "", message)
-
-
-def _first_wrong_row(name: str, data: bytes, layout: TextLayout, used: list[int]) -> VireportError | None:
+def _first_wrong_row(name: str, data: bytes, layout: TextLayout, used: list[int]) -> ScenarioError | None:
+    """The error about the first row of a file that is no row of numbers; None where none is told apart."""
     for line, row in _rows(data, layout):
         cells = layout.split(row.decode("utf-8", "replace"))
         if len(cells) != layout.cells:

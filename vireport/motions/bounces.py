@@ -27,7 +27,7 @@ from vireport.motions.level_plane import ContourPlane
 from vireport.motions.orbits import Orbits
 from vireport.physics.forcing import SINE
 from vireport.physics.groups import Restitutions, by_wall
-from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, DoubleOps
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, ContinuousFunctions, DoubleOps
 from vireport.scenario.parameters import Parameter
 
 FARTHEST_BELOW = -0.5
@@ -119,7 +119,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
             return gbar, gbar
         return gbar + self.level.friction.constant, gbar - self.level.friction.constant
 
-    def value(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Any:
+    def value(self, u: Any, phi: Any, ops: ContinuousFunctions = ARRAYS) -> Any:
         """The height above the level at places of one shape.
 
         Invariant: it is the condition of the sweep, of the velocities that the flights of a place have, times Tu Td for
@@ -199,7 +199,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
             passed.at_top * down + reach - of_down * down * down / 2,
         )
 
-    def _passed(self, u: Any, phi: Any, ops: Any, divided: bool = False) -> Passed:
+    def _passed(self, u: Any, phi: Any, ops: ContinuousFunctions, divided: bool = False) -> Passed:
         """Impulse and path of the force at both impacts; with `divided` also the sum of impulses over u."""
         # The phase that passes is a = pi n (1 + 2u). Sums and differences are formed by half angles of 2 pi n u, with
         # all digits where u is small.
@@ -238,7 +238,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         """Derivatives of the height by u and by the phase, exact whatever the step."""
         return self.gradient(u, phi)[1:]
 
-    def orbits(self, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
+    def orbits(self, u: Any, phi: Any, ops: ContinuousFunctions = ARRAYS) -> Orbits:
         """Evaluate the motions at places on the level, with their restitutions."""
         sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
         half = ops.pi * self.n * u

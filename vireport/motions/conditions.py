@@ -21,7 +21,7 @@ from vireport.motions.turning import slow_places
 from vireport.physics import flight
 from vireport.physics.forcing import force_rate
 from vireport.physics.groups import Groups
-from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, ExactFunctions
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -65,7 +65,7 @@ class Condition(Struct, frozen=True):
         """The trace with a given `excess`, its inverse."""
         return excess + self.sign * TRACE_LEVELS[self.event](decay)
 
-    def value(self, word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
+    def value(self, word: Word, x: Sequence[Any], groups: Groups[Any], ops: ExactFunctions) -> Any:
         """The function of a motion that is zero where the condition holds, in any kind of number.
 
         Parameters
@@ -144,7 +144,7 @@ def stopped(word: Word, x: Sequence[float], groups: Groups[float]) -> Condition:
     return Condition(Event.STOP, stops=slow.after)
 
 
-def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any, after: int) -> Any:
+def _least_speed(word: Word, x: Sequence[Any], groups: Groups[Any], ops: ExactFunctions, after: int) -> Any:
     """The least speed onward in the flight that begins with impact `after`, in any kind of number.
 
     The time is located in doubles and refined in the kind of number by Newton's steps to the zero of Z''. An error of

@@ -36,7 +36,7 @@ from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.forcing import Harmonic, Wave, wave
 from vireport.physics.groups import Restitutions, by_wall, map_restitution
-from vireport.physics.numbers import ARRAYS
+from vireport.physics.numbers import ARRAYS, Functions
 
 
 class Coefficients(Struct, frozen=True, eq=False):
@@ -67,7 +67,7 @@ class Coefficients(Struct, frozen=True, eq=False):
     d_cosine: Any
 
 
-def coefficients(u: Any, r: Any, n: int, ops: Any = ARRAYS) -> Coefficients:
+def coefficients(u: Any, r: Any, n: int, ops: Functions = ARRAYS) -> Coefficients:
     """Solve the linear system (3.9)-(3.11) for the velocity, gbar and d at q = 1/2 + u.
 
     Parameters
@@ -312,7 +312,7 @@ class Dynamics(Struct, frozen=True, eq=False):
     friction: Friction | None = None
 
 
-def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:
+def orbits(u: Any, phi: Any, r: Any, n: int, ops: Functions = ARRAYS) -> Orbits:
     """Evaluate the one 1:1 motion with q = 1/2 + u and this phase, for a force that is a sine and without friction.
 
     Parameters are those of `orbits_of`, with the restitution r and n forcing periods for `dynamics`.
@@ -320,7 +320,7 @@ def orbits(u: Any, phi: Any, r: Any, n: int, ops: Any = ARRAYS) -> Orbits:
     return orbits_of(Dynamics(r, n), u, phi, ops)
 
 
-def orbits_of(dynamics: Dynamics, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
+def orbits_of(dynamics: Dynamics, u: Any, phi: Any, ops: Functions = ARRAYS) -> Orbits:
     """Evaluate the one 1:1 motion with q = 1/2 + u and this phase, and the gbar and d that it belongs to.
 
     Parameters
@@ -336,7 +336,7 @@ def orbits_of(dynamics: Dynamics, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits
     return orbits_above(coefficients(u, dynamics.r, dynamics.n, ops), dynamics, u, phi, ops)
 
 
-def orbits_above(c: Coefficients, dynamics: Dynamics, u: Any, phi: Any, ops: Any = ARRAYS) -> Orbits:
+def orbits_above(c: Coefficients, dynamics: Dynamics, u: Any, phi: Any, ops: Functions = ARRAYS) -> Orbits:
     """Evaluate `orbits_of` where the coefficients `c` of the sine at these u have been computed before.
 
     Source: the velocity at the top is (3.8).

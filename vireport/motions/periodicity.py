@@ -25,7 +25,7 @@ from vireport.physics import flight
 from vireport.physics.device import MOVES
 from vireport.physics.forcing import Harmonic, Wave, wave
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
-from vireport.physics.numbers import FLOATS
+from vireport.physics.numbers import FLOATS, ExactFunctions, Functions
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -155,7 +155,7 @@ class Model(Struct, frozen=True):
 
 
 @lru_cache(maxsize=8)
-def model_of(sweep: Sweep, ops: Any) -> Model:
+def model_of(sweep: Sweep, ops: ExactFunctions) -> Model:
     """The groups over a sweep, in a kind of number."""
     # Cached: many points of one sweep are solved for.
     device = sweep.device
@@ -173,7 +173,7 @@ class Leg(NamedTuple):
     ends: Wave
 
 
-def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Iterator[Leg]:
+def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Functions = FLOATS) -> Iterator[Leg]:
     """The flights of a motion from the times of its impacts, in order; the last one ends with the first impact."""
     count, harmonics = len(word), groups.harmonics
     pi, sin, cos = ops.pi, ops.sin, ops.cos
@@ -184,7 +184,7 @@ def legs(word: Word, time: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS
         yield Leg(i, j, duration, waves[i], waves[j])
 
 
-def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> list[Any]:
+def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Functions = FLOATS) -> list[Any]:
     """The conditions of a motion: velocity and position at the end of each flight less those of the next impact.
 
     Parameters
@@ -299,7 +299,7 @@ def _places(count: int, width: int) -> Ints:
     return np.stack([*by_start, *by_end], axis=1).ravel()
 
 
-def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> Any:
+def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Functions = FLOATS) -> Any:
     """Trace of the return map of a motion, the product of the Jacobians of its flights.
 
     Its determinant is the square of `Groups.decay`. Parameters are those of `residuals`; all velocities must differ
@@ -317,7 +317,7 @@ def trace(word: Word, x: Sequence[Any], model: Grouped, ops: Any = FLOATS) -> An
     return product_trace(flights)
 
 
-def weighted_trace(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Any = FLOATS) -> Any:
+def weighted_trace(word: Word, x: Sequence[Any], groups: Groups[Any], ops: Functions = FLOATS) -> Any:
     """The trace times the product of all velocities, which has no pole where a velocity is zero.
 
     Parameters are those of `residuals`, with the groups in the place of the model.

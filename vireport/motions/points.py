@@ -35,7 +35,7 @@ from vireport.motions.sweep import Sweep
 from vireport.motions.turning import near_touch
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion, Symmetry
-from vireport.physics.numbers import ARRAYS, FLOATS
+from vireport.physics.numbers import ARRAYS, FLOATS, DecimalOps, DoubleOps, ExactFunctions
 from vireport.physics.word import Word
 from vireport.text.formatting import rounded_text
 
@@ -383,7 +383,7 @@ def _pressing(word: Word, leaves: int, acceleration: float) -> Equation:
     """The equation that the ball is accelerated towards the membrane of impact `leaves` by a given amount."""
     wall, count = word.walls[leaves], len(word)
 
-    def pressing(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
+    def pressing(x: Sequence[Any], groups: Groups[Any], ops: ExactFunctions) -> Any:
         return wall * groups.pull(groups.wave(ops.pi * x[count + leaves], ops).force) - ops.exact(acceleration)
 
     return pressing
@@ -504,7 +504,7 @@ def _solved_at(sweep: Sweep, value: float, orbit: Orbits, symmetric: bool, reach
     """
     coordinates = {ops: sweep.coordinate_of(value, ops) for ops in (DECIMALS, ARRAYS)}
 
-    def equation(x: Sequence[Any], groups: Groups[Any], ops: Any) -> Any:
+    def equation(x: Sequence[Any], groups: Groups[Any], ops: DoubleOps | DecimalOps) -> Any:
         return x[-1] - coordinates[ops]
 
     motion = motion_of(orbit, sweep.device.period_ratio, float(np.ravel(sweep.coordinate(orbit))[0]))

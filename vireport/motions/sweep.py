@@ -22,7 +22,7 @@ from vireport.motions.orbits import (
 from vireport.physics.device import FINEST_D, FINEST_GBAR, Device, moved, value_in
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
-from vireport.physics.numbers import ARRAYS
+from vireport.physics.numbers import ARRAYS, ExactFunctions
 from vireport.scenario.parameters import Parameter
 
 NO_TOLERANCE = 0.0, 0.0
@@ -170,7 +170,7 @@ class Sweep(Struct, frozen=True):
             level.held, float(level.value), friction, level.d if level.d is None else float(level.d), level.varied
         )
 
-    def level_in(self, ops: Any) -> Level:
+    def level_in(self, ops: ExactFunctions) -> Level:
         """The level of the sweep in a kind of number.
 
         Raises
@@ -242,7 +242,7 @@ class Sweep(Struct, frozen=True):
             )
         return reason
 
-    def coordinate_of(self, value: Any, ops: Any = ARRAYS) -> Any:
+    def coordinate_of(self, value: Any, ops: ExactFunctions = ARRAYS) -> Any:
         """The coordinate at a value of the parameter: d, gbar where the inclination varies, or a restitution itself."""
         if self.parameter.bounces:
             return ops.exact(value)
@@ -255,7 +255,7 @@ class Sweep(Struct, frozen=True):
             return value_in(orbit.restitution, self.parameter)
         return orbit.gbar if self.parameter is Parameter.INCLINATION else orbit.d
 
-    def value(self, coordinate: Any, ops: Any = ARRAYS) -> Any:
+    def value(self, coordinate: Any, ops: ExactFunctions = ARRAYS) -> Any:
         """The parameter at a value of the coordinate; see `Device.value`."""
         if self.parameter.bounces:
             return coordinate

@@ -19,7 +19,7 @@ from typing_extensions import TypeVar
 from vireport.base.errors import UsageError
 from vireport.physics.forcing import Harmonic, peaks
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, map_restitution, stated
-from vireport.physics.numbers import ARRAYS, UNIT
+from vireport.physics.numbers import ARRAYS, UNIT, ExactFunctions
 from vireport.scenario.blocks import CapsuleMotion, Scenario
 from vireport.scenario.keys import value_at
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
@@ -255,7 +255,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             return getattr(self, varied)
         return value_in(self.restitution, varied)
 
-    def groups(self, parameter: Parameter, value: Any, ops: Any = ARRAYS) -> Groups[Any]:
+    def groups(self, parameter: Parameter, value: Any, ops: ExactFunctions = ARRAYS) -> Groups[Any]:
         """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, r, harmonics, friction.
 
         For a free capsule gbar is (M + m) g sin(beta)/F. A gbar up to `NO_GRAVITY` becomes zero.
@@ -289,7 +289,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             friction = ops.exact(self.friction) * weight * across / force
         return Groups(d, gbar * (gbar > NO_GRAVITY), restitution, harmonics, friction)
 
-    def value(self, parameter: Parameter, d: Any, gbar: Any, ops: Any = ARRAYS) -> Any:
+    def value(self, parameter: Parameter, d: Any, gbar: Any, ops: ExactFunctions = ARRAYS) -> Any:
         """The value of `parameter` at which the device has the groups, the other three parameters as they are.
 
         The inverse of `groups`: from gbar for the inclination, otherwise from d.
@@ -311,7 +311,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             return 4 * mass * ops.exact(self.length_m) * ops.exact(self.frequency_hz) ** 2 / d
         return ops.sqrt(d * ops.exact(self.amplitude_n) / (4 * mass * ops.exact(self.length_m)))
 
-    def _supported(self, ops: Any) -> Any:
+    def _supported(self, ops: ExactFunctions) -> Any:
         """The mass whose weight along the capsule is in gbar, `supported_kg`, in a kind of number."""
         # Not from the sum of doubles: in decimals M + m must be exact.
         mass = ops.exact(self.capsule_mass_kg)

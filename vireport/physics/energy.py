@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vireport.base.records import brief
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall
-from vireport.physics.numbers import ARRAYS, magnitude
+from vireport.physics.numbers import ARRAYS, ContinuousFunctions, magnitude
 from vireport.scenario.blocks import CapsuleMotion, MembraneBlock, Scenario
 from vireport.scenario.parameters import LARGEST, SMALLEST
 from vireport.text.formatting import quantity
@@ -361,7 +361,7 @@ class Strikes(NamedTuple):
 
 
 def conversion(
-    strikes: Strikes, membrane: Membrane, dielectric: Dielectric, period_s: Any, ops: Any = ARRAYS
+    strikes: Strikes, membrane: Membrane, dielectric: Dielectric, period_s: Any, ops: ContinuousFunctions = ARRAYS
 ) -> Conversion:
     """Evaluate the energy conversion of motions with one impact on each membrane.
 

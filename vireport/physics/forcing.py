@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.physics.numbers import DecimalOps
+from vireport.physics.numbers import DecimalOps, ExactFunctions
 
 NEAR_CIRCLE = 1e-3
 """Distance from the unit circle up to which a root counts as a phase. Too many phases do no harm, as they only divide
@@ -54,7 +54,7 @@ class Harmonic(Struct, frozen=True):
         ]
         return Harmonic(order, share * c, -share * s, (percent, phase_deg))
 
-    def exact(self, ops: Any) -> Harmonic:
+    def exact(self, ops: ExactFunctions) -> Harmonic:
         """The harmonic in a kind of number; in decimals with all digits of the size and phase stated."""
         if self.stated is None or not isinstance(ops, DecimalOps):
             return self.map_numbers(ops.exact)

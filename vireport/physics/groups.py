@@ -16,6 +16,7 @@ from msgspec import Struct
 
 from vireport.physics import flight
 from vireport.physics.forcing import Harmonic, Wave, wave
+from vireport.physics.numbers import Functions
 
 Number = TypeVar("Number")
 
@@ -293,6 +294,6 @@ class Groups(NamedTuple, Generic[Number]):
         covered = flight.displacement(elapsed, after, begun.impulse, begun.path, now.path, gravity, pi)
         return covered, flight.velocity(elapsed, after, begun.impulse, now.impulse, gravity, pi)
 
-    def wave(self, phase: Any, ops: Any) -> Wave:
+    def wave(self, phase: Any, ops: Functions) -> Wave:
         """The force at a phase, in the kind of number of `ops`."""
         return wave(ops.sin(phase), ops.cos(phase), self.harmonics)

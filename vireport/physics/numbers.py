@@ -9,11 +9,12 @@ rounding error. Affine numbers are in `affine`; balls are in `study.checks.enclo
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from decimal import Decimal, getcontext
 from functools import lru_cache
 from operator import methodcaller
 from types import ModuleType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,53 @@ DEGREE = math.pi / 180
 
 ARCSINE_STEPS = 6
 """Newton steps from a double to `DIGITS`, of which two or three are needed: next to 90 degrees each gains less."""
+
+
+class Functions(Protocol):
+    """What every kind of numbers has: pi, sine and cosine."""
+
+    @property
+    def pi(self) -> Any:
+        """Pi."""
+
+    @property
+    def sin(self) -> Callable[[Any], Any]:
+        """Sine."""
+
+    @property
+    def cos(self) -> Callable[[Any], Any]:
+        """Cosine."""
+
+
+class ExactFunctions(Functions, Protocol):
+    """What kinds of numbers have that hold any double, and so cross from and to SI units."""
+
+    def exact(self, x: Any) -> Any:
+        """A double as such a number."""
+
+    @property
+    def sqrt(self) -> Callable[[Any], Any]:
+        """Square root."""
+
+    def sin_degrees(self, angle: Any) -> Any:
+        """Sine of an angle in degrees."""
+
+    def arcsin_degrees(self, sine: Any) -> Any:
+        """Angle in degrees."""
+
+
+class ContinuousFunctions(Functions, Protocol):
+    """What kinds of numbers have that are evaluated on arrays: doubles, and those that enclose them."""
+
+    @property
+    def sinc(self) -> Callable[[Any], Any]:
+        """sin(pi x)/(pi x)."""
+
+    def maximum(self, x: Any, y: Any) -> Any:
+        """The larger of two."""
+
+    def distance(self, x: Any, y: Any) -> Any:
+        """The size of the difference of two."""
 
 
 class DoubleOps:

@@ -26,6 +26,7 @@ from vireport.motions.turning import touches
 from vireport.physics.device import NO_GRAVITY
 from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.motion import Symmetry
+from vireport.physics.numbers import ExactFunctions, Functions
 from vireport.scenario.parameters import Parameter
 from vireport.study.checks.confinement import stays_between
 from vireport.study.checks.enclosures import (
@@ -151,13 +152,13 @@ Equations = Callable[[list[Any]], list[Any]]
 """q - 1/2 and phase, or the phase alone of a symmetric motion, and the time of a touch -> residuals, as many."""
 
 
-def _orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: Any) -> Orbits:
+def _orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: ExactFunctions) -> Orbits:
     """The motion of some unknowns: q - 1/2 and phase, or the phase alone of a symmetric motion; others may follow."""
     r, n = map_restitution(sweep.device.restitution, ops.exact), sweep.device.period_ratio
     return orbits(0 * by_wall(r)[0], x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
 
 
-def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) -> Equations:
+def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: ExactFunctions) -> Equations:
     """What the unknowns have to fulfil in the closed form: the level of the sweep, and the condition.
 
     Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
@@ -176,7 +177,7 @@ def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: Any) ->
     return residuals
 
 
-def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any, ops: Any) -> list[Any]:
+def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any, ops: Functions) -> list[Any]:
     """Residuals of the condition of a critical point, zero where it holds."""
     touch = candidate.touch
     if touch is None:

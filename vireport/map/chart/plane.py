@@ -14,7 +14,7 @@ from vireport.design.plane import Plane
 from vireport.motions.sweep import Sweep
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.groups import Groups
-from vireport.physics.numbers import ARRAYS
+from vireport.physics.numbers import ARRAYS, ExactFunctions
 from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -48,7 +48,7 @@ class DevicePlane(Plane, frozen=True, eq=False):
 
     inputs: tuple[DesignInput, DesignInput]
     device: Device
-    ops: Any = ARRAYS
+    ops: ExactFunctions = ARRAYS
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
         """The groups at values of the inputs; a capsule tilted the other way has negative gbar."""

@@ -29,7 +29,7 @@ from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.motion import Motion
-from vireport.physics.numbers import ARRAYS
+from vireport.physics.numbers import ARRAYS, ContinuousFunctions
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -123,7 +123,7 @@ class HomogeneousSolution(NamedTuple):
         return self._replace(sine=sine, cosine=cosine, gbar=gbar, excess=excess, rows=rows)
 
 
-def solution(word: Word, times: FlightTimes, r: Any, ops: Any = ARRAYS) -> HomogeneousSolution:
+def solution(word: Word, times: FlightTimes, r: Any, ops: ContinuousFunctions = ARRAYS) -> HomogeneousSolution:
     """Solve the linear conditions of motions with three or four impacts, or two to four on one membrane only.
 
     Parameters
@@ -181,7 +181,7 @@ def solution(word: Word, times: FlightTimes, r: Any, ops: Any = ARRAYS) -> Homog
     return HomogeneousSolution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
 
 
-def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: Any) -> HomogeneousSolution:
+def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: ContinuousFunctions) -> HomogeneousSolution:
     """Solve the conditions of motions with all impacts on the bottom; arguments are those of `solution`.
 
     Notes

@@ -22,6 +22,7 @@ from vireport.base.errors import NumericalError
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import Restitutions, by_wall, map_restitution
+from vireport.physics.numbers import Functions
 from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
@@ -168,7 +169,7 @@ def velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
     return x[Parameter.AMPLITUDE] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x[Parameter.FREQUENCY])
 
 
-def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Any = mp) -> tuple[Any, Any]:
+def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Functions = mp) -> tuple[Any, Any]:
     """Z and Z' a time t after leaving `start` with `speed`, Eqs. (2.11) and (2.12) with (3.13)."""
     pi = ops.pi
     f1, f1_start = ops.sin(pi * t + phase) / pi, ops.sin(phase) / pi
@@ -193,7 +194,7 @@ def velocity_top(state: State, gbar: Any, r: Any, n: int) -> Any:
     return (gbar * 2 * n - (1 + bottom) * state[0]) / (1 + top)
 
 
-def trace(state: State, gbar: Any, r: Any, n: int, ops: Any = mp) -> Any:
+def trace(state: State, gbar: Any, r: Any, n: int, ops: Functions = mp) -> Any:
     """Tr(DP) by Eq. (A.4), each flight with the r of its impact; with numpy for `ops`, of arrays."""
     bottom, top = by_wall(r)
     velocity, phase, u = state

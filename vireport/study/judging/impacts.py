@@ -26,7 +26,7 @@ from vireport.physics.energy import (
     voltages,
 )
 from vireport.physics.groups import by_wall
-from vireport.physics.numbers import Rounded
+from vireport.physics.numbers import ContinuousFunctions, Rounded
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.evidence import Evidence
 
@@ -72,12 +72,12 @@ class Impacts(Struct, frozen=True, eq=False):
     breakdown_field_v_m: Any = None
 
 
-def largest(values: tuple[Any, ...], ops: Any) -> Any:
+def largest(values: tuple[Any, ...], ops: ContinuousFunctions) -> Any:
     """The largest of what impacts come to, in the kind of number whose functions `ops` are."""
     return reduce(ops.maximum, values)
 
 
-def spread(values: tuple[Any, ...], ops: Any) -> Any:
+def spread(values: tuple[Any, ...], ops: ContinuousFunctions) -> Any:
     """The largest less the least of what impacts come to, as the largest difference of any two.
 
     The difference of the two extremes would be known less well: each has the error of any of the impacts.
