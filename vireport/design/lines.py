@@ -26,7 +26,7 @@ from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, map_restitution, stated
 from vireport.physics.motion import Motion
-from vireport.physics.numbers import FLOATS, DecimalOps, DoubleOps
+from vireport.physics.numbers import FLOATS, Arithmetic, DecimalOps, DoubleOps
 from vireport.scenario.parameters import DesignInput, Parameter
 
 Floats = NDArray[np.float64]
@@ -183,7 +183,7 @@ class LineModel(Struct, frozen=True, eq=False):
         return np.array(slopes)[:, None]
 
 
-def _counted(r: Any, grown: Any) -> Any:
+def _counted(r: Any, grown: Arithmetic) -> Any:
     """A restitution in a unit of velocity, F/(2 M f), that is so many times smaller: a law states its speed in it."""
     return replace(r, speed=r.speed * grown) if isinstance(r, SpeedLaw) else r
 

@@ -27,7 +27,7 @@ from vireport.motions.level_plane import ContourPlane
 from vireport.motions.orbits import Orbits
 from vireport.physics.forcing import SINE
 from vireport.physics.groups import Restitutions, by_wall
-from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, ContinuousFunctions, DoubleOps
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, Arithmetic, ContinuousFunctions, DoubleOps
 from vireport.scenario.parameters import Parameter
 
 FARTHEST_BELOW = -0.5
@@ -103,7 +103,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
             "(change the length or inclination_deg by a per mille)"
         )
 
-    def within(self, u: Any, phi: Any) -> tuple[Any, float]:
+    def within(self, u: Arithmetic, phi: Arithmetic) -> tuple[Any, float]:
         """The lesser restitution at places on the level, positive for motions, and the value below which none are near.
 
         For a nearly horizontal capsule the level of both restitutions has a piece with r near -1, which nearly crosses
@@ -119,7 +119,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
             return gbar, gbar
         return gbar + self.level.friction.constant, gbar - self.level.friction.constant
 
-    def value(self, u: Any, phi: Any, ops: ContinuousFunctions = ARRAYS) -> Any:
+    def value(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Any:
         """The height above the level at places of one shape.
 
         Invariant: it is the condition of the sweep, of the velocities that the flights of a place have, times Tu Td for
@@ -133,11 +133,11 @@ class Bounces(ContourPlane, frozen=True, eq=False):
             return self._above_other(u, passed)
         return self._above_difference_over_u(u, passed) if self.mirrors else self._above_difference(u, passed)
 
-    def _times(self, u: Any) -> tuple[Any, Any]:
+    def _times(self, u: Arithmetic) -> tuple[Any, Any]:
         """The flight times Tu and Td at q = 1/2 + u."""
         return self.n + 2 * self.n * u, self.n - 2 * self.n * u
 
-    def _above_other(self, u: Any, passed: Passed) -> Any:
+    def _above_other(self, u: Arithmetic, passed: Passed) -> Any:
         """The height in a sweep over one restitution: (a + r w) Tu Td at the other membrane, whose r is constant."""
         (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
         reach, both = self.level.d + passed.path, up * down
@@ -153,7 +153,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
     # For a nearly horizontal capsule S and g are as small as u and gbar. As a difference of products the height would
     # lose these digits; here every sum of large terms that cancel is taken from formulae in which they have.
 
-    def _above_difference(self, u: Any, passed: Passed) -> Any:
+    def _above_difference(self, u: Arithmetic, passed: Passed) -> Any:
         """The height in a sweep over both restitutions: (a_b w_t - a_t w_b + D w_b w_t) (Tu Td)^2, D = r_b - r_t."""
         (up, down), (bottom, top), (of_up, of_down) = self._times(u), by_wall(self.r), self._gravities
         gbar, period, rubbed = self.level.value, 2 * self.n, (of_up - of_down) / 2
@@ -175,7 +175,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         before_top, before_bottom = before_top + passed.difference * up, before_bottom - passed.difference * down
         return above + (bottom - top) * both * before_bottom * before_top
 
-    def _above_difference_over_u(self, u: Any, passed: Passed) -> Any:
+    def _above_difference_over_u(self, u: Arithmetic, passed: Passed) -> Any:
         """The same over u where motions have mirror images: gbar and D are 0, and S and a_b Tu + a_t Td vanish with u.
 
         `per_u` brings the quotient of the impulses, so that nothing is divided, and u = 0 is a place as any other.
@@ -191,7 +191,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         added = period * (passed.per_u / 2 - passed.difference - period * rubbed)  # (a_b Tu + a_t Td)/u
         return total * parted + both * both * rubbed * added
 
-    def _departures(self, u: Any, passed: Passed) -> tuple[Any, Any]:
+    def _departures(self, u: Arithmetic, passed: Passed) -> tuple[Any, Any]:
         """The velocity after each impact times the flight that follows, a_b Tu and a_t Td."""
         (up, down), (of_up, of_down), reach = self._times(u), self._gravities, self.level.d + passed.path
         return (
@@ -199,7 +199,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
             passed.at_top * down + reach - of_down * down * down / 2,
         )
 
-    def _passed(self, u: Any, phi: Any, ops: ContinuousFunctions, divided: bool = False) -> Passed:
+    def _passed(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions, divided: bool = False) -> Passed:
         """Impulse and path of the force at both impacts; with `divided` also the sum of impulses over u."""
         # The phase that passes is a = pi n (1 + 2u). Sums and differences are formed by half angles of 2 pi n u, with
         # all digits where u is small.
@@ -229,16 +229,16 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         """The height above the level at all pairs of a u and a phase, shape (len(u), len(phi))."""
         return np.asarray(self.value(u[:, None], phi[None, :]))
 
-    def gradient(self, u: Any, phi: Any) -> tuple[Any, Any, Any]:
+    def gradient(self, u: Arithmetic, phi: Arithmetic) -> tuple[Any, Any, Any]:
         """The height and its derivatives by u and by the phase."""
         by_u, by_phi = self.value(u + 1j * IMAGINARY_STEP, phi, STEPPED), self.value(u, phi + 1j * IMAGINARY_STEP)
         return by_u.real, by_u.imag / IMAGINARY_STEP, by_phi.imag / IMAGINARY_STEP
 
-    def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
+    def slopes(self, u: Arithmetic, phi: Arithmetic, step: Arithmetic) -> tuple[Any, Any]:
         """Derivatives of the height by u and by the phase, exact whatever the step."""
         return self.gradient(u, phi)[1:]
 
-    def orbits(self, u: Any, phi: Any, ops: ContinuousFunctions = ARRAYS) -> Orbits:
+    def orbits(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Orbits:
         """Evaluate the motions at places on the level, with their restitutions."""
         sin_phi, cos_phi = ops.sin(phi), ops.cos(phi)
         half = ops.pi * self.n * u
@@ -273,7 +273,7 @@ class Bounces(ContourPlane, frozen=True, eq=False):
             restitution=self._restitution(zero, (after_bottom, before_bottom), (after_top, before_top)),
         )
 
-    def _restitution(self, zero: Any, at_bottom: tuple[Any, Any], at_top: tuple[Any, Any]) -> Any:
+    def _restitution(self, zero: Arithmetic, at_bottom: tuple[Any, Any], at_top: tuple[Any, Any]) -> Any:
         """The restitutions from the velocities (after, before) at either impact; a constant one is that of the device.
 
         Parameters

@@ -21,7 +21,7 @@ from vireport.motions.turning import slow_places
 from vireport.physics import flight
 from vireport.physics.forcing import force_rate
 from vireport.physics.groups import Groups
-from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, ExactFunctions
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, Arithmetic, ExactFunctions
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -57,11 +57,11 @@ class Condition(Struct, frozen=True):
     held: int | None = None
     stops: int | None = None
 
-    def excess(self, trace: Any, decay: Any) -> Any:
+    def excess(self, trace: Arithmetic, decay: Arithmetic) -> Any:
         """Trace less that at the event; `decay` as in `TRACE_LEVELS`."""
         return trace - self.sign * TRACE_LEVELS[self.event](decay)
 
-    def trace(self, excess: Any, decay: Any) -> Any:
+    def trace(self, excess: Arithmetic, decay: Arithmetic) -> Any:
         """The trace with a given `excess`, its inverse."""
         return excess + self.sign * TRACE_LEVELS[self.event](decay)
 

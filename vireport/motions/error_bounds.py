@@ -36,7 +36,16 @@ from vireport.motions.sweep import Held, Level, Sweep
 from vireport.physics.device import GROUP_ERROR
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
-from vireport.physics.numbers import FUNCTION, ROUNDED, UNDERFLOW, UNIT, Rounded, infinite_where_undefined, wrapped
+from vireport.physics.numbers import (
+    FUNCTION,
+    ROUNDED,
+    UNDERFLOW,
+    UNIT,
+    Arithmetic,
+    Rounded,
+    infinite_where_undefined,
+    wrapped,
+)
 from vireport.physics.word import Word
 from vireport.scenario.parameters import Parameter
 
@@ -260,7 +269,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
     return bounds
 
 
-def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: Any, strength: float) -> Floats:
+def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: Arithmetic, strength: float) -> Floats:
     """Bound the distance to exact motions, by the derivatives and the residuals of the conditions.
 
     Parameters

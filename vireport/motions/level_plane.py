@@ -27,7 +27,7 @@ from vireport.motions.orbits import (
 )
 from vireport.motions.sweep import Held, Level
 from vireport.physics.forcing import SINE, Harmonic
-from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, ContinuousFunctions, Functions
+from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, Arithmetic, ContinuousFunctions, Functions
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
         """Whether motions have mirror images: horizontal capsule, membranes that are alike, odd n, odd harmonics."""
         return self.n % 2 == 1 and self.level.symmetric(self.r, self.harmonics)
 
-    def orbits(self, u: Any, phi: Any, ops: ContinuousFunctions = ARRAYS) -> Orbits:
+    def orbits(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Orbits:
         """Evaluate the motions at places of the plane."""
         return orbits_of(self.dynamics, u, phi, ops)
 
@@ -70,18 +70,18 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
         """What the motions depend on besides d and gbar."""
         return Dynamics(self.r, self.n, self.harmonics, self.level.friction)
 
-    def value(self, u: Any, phi: Any, ops: ContinuousFunctions = ARRAYS) -> Any:
+    def value(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Any:
         """The height above the level at places of one shape."""
         a, b, c = self.terms(coefficients(u, self.r, self.n, ops), u, ops)
         return a * ops.sin(phi) + b * ops.cos(phi) - c
 
-    def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
+    def slopes(self, u: Arithmetic, phi: Any, step: Arithmetic) -> tuple[Any, Any]:
         """Derivatives of the height by u, as a central difference over `step`, and by the phase, exact."""
         a, b, _ = self.terms(coefficients(u, self.r, self.n), u)
         by_u = (self.value(u + step, phi) - self.value(u - step, phi)) / (2 * step)
         return by_u, a * np.cos(phi) - b * np.sin(phi)
 
-    def terms(self, k: Coefficients, u: Any, ops: ContinuousFunctions = ARRAYS) -> tuple[Any, Any, Any]:
+    def terms(self, k: Coefficients, u: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> tuple[Any, Any, Any]:
         """Write the level of a sine as a sin(phi) + b cos(phi) = c at each q, and return (a, b, c).
 
         Parameters
@@ -103,7 +103,7 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
             return a, b, c
         return rubbed.term(a, k.gbar_sine, k.d_sine), rubbed.term(b, k.gbar_cosine, k.d_cosine), rubbed.held(c)
 
-    def polynomial(self, u: Any, ops: ContinuousFunctions = ARRAYS) -> Polynomial:
+    def polynomial(self, u: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Polynomial:
         """Write the level of a force with harmonics as sum_j a_j sin(j phi) + b_j cos(j phi) = c at each q.
 
         As in `terms`, u is divided out where motions have mirror images.
@@ -129,7 +129,7 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
         return parts, held
 
 
-def _divided_terms(u: Any, r: Any, n: int, ops: ContinuousFunctions) -> tuple[Any, Any, Any]:
+def _divided_terms(u: Arithmetic, r: Any, n: int, ops: ContinuousFunctions) -> tuple[Any, Any, Any]:
     """The terms a, b, c of a horizontal capsule with mirror images, divided by u T/(pi K)."""
     p = (1 + r) * u - (1 - r) / 2
     a = 2 * ops.pi * n * ops.sinc(n * u) * ops.sin(ops.pi * n * u) * p - 2 * (1 + r)
@@ -164,7 +164,7 @@ class _Rubbed(Struct, frozen=True, eq=False):
     """G, divided as g is."""
 
     @staticmethod
-    def of(plane: SweptPlane, k: Coefficients, u: Any, ops: Functions) -> _Rubbed | None:
+    def of(plane: SweptPlane, k: Coefficients, u: Arithmetic, ops: Functions) -> _Rubbed | None:
         """The terms of a level with friction; None without. `k` are the coefficients of the sine at u."""
         level, r, n = plane.level, plane.r, plane.n
         if level.friction is None:
@@ -174,7 +174,7 @@ class _Rubbed(Struct, frozen=True, eq=False):
         share = 2 * n * ops.pi * (1 + r * r) / (1 + r) if plane.mirrors else terms.gbar
         return _Rubbed(level, level.friction, terms, share)
 
-    def term(self, a: Any, gbar: Any, d: Any) -> Any:
+    def term(self, a: Arithmetic, gbar: Arithmetic, d: Arithmetic) -> Any:
         """The coefficient a of the sine (or cosine) with friction, from that of the level, of gbar and of d without."""
         if self.level.held is Held.RATIO:
             return a + self.friction.by_gbar * (self.rubbing.d * gbar - self.rubbing.gbar * d)
@@ -182,7 +182,7 @@ class _Rubbed(Struct, frozen=True, eq=False):
             return a
         return a + self.friction.by_d * (self.share * d - self.rubbing.d * a)
 
-    def held(self, c: Any) -> Any:
+    def held(self, c: Arithmetic) -> Any:
         """The right-hand side c of the level with friction, from that without."""
         return c - self.friction.constant * self.share
 
@@ -191,13 +191,13 @@ Polynomial = tuple[list[tuple[int, Any, Any]], Any]
 """The level above one q as a trigonometric polynomial in the phase: (order, a, b) of each term, and the value c."""
 
 
-def level_value(polynomial: Polynomial, phi: Any, ops: Functions = ARRAYS) -> Any:
+def level_value(polynomial: Polynomial, phi: Arithmetic, ops: Functions = ARRAYS) -> Any:
     """Height of a phase above the level: sum_j a_j sin(j phi) + b_j cos(j phi) - c."""
     parts, held = polynomial
     return sum((a * ops.sin(j * phi) + b * ops.cos(j * phi) for j, a, b in parts), -held)
 
 
-def level_slope(polynomial: Polynomial, phi: Any) -> Any:
+def level_slope(polynomial: Polynomial, phi: Arithmetic) -> Any:
     """Derivative of `level_value` by the phase."""
     parts, _ = polynomial
     return sum(j * (a * ARRAYS.cos(j * phi) - b * ARRAYS.sin(j * phi)) for j, a, b in parts)
@@ -231,11 +231,11 @@ class ContourPlane(SweptPlane, frozen=True, eq=False):
         """
         return np.ones(len(u)), 0.0
 
-    def value(self, u: Any, phi: Any, ops: ContinuousFunctions = ARRAYS) -> Any:
+    def value(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Any:
         """The height above the level at places of one shape."""
         return level_value(self.polynomial(u, ops), phi, ops)
 
-    def slopes(self, u: Any, phi: Any, step: Any) -> tuple[Any, Any]:
+    def slopes(self, u: Arithmetic, phi: Arithmetic, step: Arithmetic) -> tuple[Any, Any]:
         """Derivatives of the height by u, as a central difference over step/`order`, and by the phase, exact."""
         # The steps are those of a sine; a harmonic of order j varies j times as fast with u.
         step = step / self.order
@@ -248,7 +248,7 @@ class ContourPlane(SweptPlane, frozen=True, eq=False):
         waves = ((a[:, None] * np.sin(j * phi) + b[:, None] * np.cos(j * phi)) for j, a, b in parts)
         return np.asarray(sum(waves, -np.asarray(held)[:, None]))
 
-    def gradient(self, u: Any, phi: Any) -> tuple[Floats, Floats, Floats]:
+    def gradient(self, u: Arithmetic, phi: Arithmetic) -> tuple[Floats, Floats, Floats]:
         """The height and its derivatives by u and by the phase."""
         polynomial = self.polynomial(u + 1j * IMAGINARY_STEP)
         value = level_value(polynomial, phi)

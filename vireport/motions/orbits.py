@@ -36,7 +36,7 @@ from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.forcing import Harmonic, Wave, wave
 from vireport.physics.groups import Restitutions, by_wall, map_restitution
-from vireport.physics.numbers import ARRAYS, Functions
+from vireport.physics.numbers import ARRAYS, Arithmetic, Functions
 
 
 class Coefficients(Struct, frozen=True, eq=False):
@@ -67,7 +67,7 @@ class Coefficients(Struct, frozen=True, eq=False):
     d_cosine: Any
 
 
-def coefficients(u: Any, r: Any, n: int, ops: Functions = ARRAYS) -> Coefficients:
+def coefficients(u: Arithmetic, r: Any, n: int, ops: Functions = ARRAYS) -> Coefficients:
     """Solve the linear system (3.9)-(3.11) for the velocity, gbar and d at q = 1/2 + u.
 
     Parameters
@@ -153,7 +153,7 @@ class Friction(Struct, frozen=True, eq=False):
         numbers = (self.constant, self.by_gbar, self.by_d)
         return Friction(*(number if type(number) is int else function(number) for number in numbers))
 
-    def at(self, gbar: Any, d: Any) -> Any:
+    def at(self, gbar: Arithmetic, d: Arithmetic) -> Any:
         """Friction at values of both groups."""
         return self.constant + self.by_gbar * gbar + self.by_d * d
 
@@ -166,7 +166,7 @@ class Rubbing(Struct, frozen=True, eq=False):
     d: Any
 
 
-def rubbing(k: Coefficients, u: Any, r: Any, n: int) -> Rubbing:
+def rubbing(k: Coefficients, u: Arithmetic, r: Any, n: int) -> Rubbing:
     """Solve the linear system (3.9)-(3.11) for unit friction in the place of the force.
 
     Parameters
@@ -210,7 +210,7 @@ def of_order(k: Coefficients, order: int) -> Coefficients:
     )
 
 
-def turned(sine: Any, cosine: Any, harmonic: Harmonic) -> tuple[Any, Any]:
+def turned(sine: Arithmetic, cosine: Arithmetic, harmonic: Harmonic) -> tuple[Any, Any]:
     """Coefficients for the force A cos(order x) + B sin(order x) of a harmonic, from those for cos(order x)."""
     return harmonic.cosine * sine + harmonic.sine * cosine, harmonic.cosine * cosine - harmonic.sine * sine
 
@@ -312,7 +312,7 @@ class Dynamics(Struct, frozen=True, eq=False):
     friction: Friction | None = None
 
 
-def orbits(u: Any, phi: Any, r: Any, n: int, ops: Functions = ARRAYS) -> Orbits:
+def orbits(u: Arithmetic, phi: Arithmetic, r: Any, n: int, ops: Functions = ARRAYS) -> Orbits:
     """Evaluate the one 1:1 motion with q = 1/2 + u and this phase, for a force that is a sine and without friction.
 
     Parameters are those of `orbits_of`, with the restitution r and n forcing periods for `dynamics`.
@@ -320,7 +320,7 @@ def orbits(u: Any, phi: Any, r: Any, n: int, ops: Functions = ARRAYS) -> Orbits:
     return orbits_of(Dynamics(r, n), u, phi, ops)
 
 
-def orbits_of(dynamics: Dynamics, u: Any, phi: Any, ops: Functions = ARRAYS) -> Orbits:
+def orbits_of(dynamics: Dynamics, u: Arithmetic, phi: Arithmetic, ops: Functions = ARRAYS) -> Orbits:
     """Evaluate the one 1:1 motion with q = 1/2 + u and this phase, and the gbar and d that it belongs to.
 
     Parameters
@@ -336,7 +336,9 @@ def orbits_of(dynamics: Dynamics, u: Any, phi: Any, ops: Functions = ARRAYS) -> 
     return orbits_above(coefficients(u, dynamics.r, dynamics.n, ops), dynamics, u, phi, ops)
 
 
-def orbits_above(c: Coefficients, dynamics: Dynamics, u: Any, phi: Any, ops: Functions = ARRAYS) -> Orbits:
+def orbits_above(
+    c: Coefficients, dynamics: Dynamics, u: Arithmetic, phi: Arithmetic, ops: Functions = ARRAYS
+) -> Orbits:
     """Evaluate `orbits_of` where the coefficients `c` of the sine at these u have been computed before.
 
     Source: the velocity at the top is (3.8).
@@ -382,6 +384,6 @@ def orbits_above(c: Coefficients, dynamics: Dynamics, u: Any, phi: Any, ops: Fun
     )
 
 
-def _at_phase(pair: tuple[Any, Any], sine: Any, cosine: Any) -> Any:
+def _at_phase(pair: tuple[Any, Any], sine: Arithmetic, cosine: Arithmetic) -> Any:
     """Value of a sin + b cos for a pair of coefficients (a, b)."""
     return pair[0] * sine + pair[1] * cosine

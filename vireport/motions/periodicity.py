@@ -25,7 +25,7 @@ from vireport.physics import flight
 from vireport.physics.device import MOVES
 from vireport.physics.forcing import Harmonic, Wave, wave
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
-from vireport.physics.numbers import FLOATS, ExactFunctions, Functions
+from vireport.physics.numbers import FLOATS, Arithmetic, ExactFunctions, Functions
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -92,7 +92,7 @@ class Model(Struct, frozen=True):
         friction = None if self.level.friction is None else self.level.friction.at(gbar, coordinate)
         return Groups(coordinate, gbar, self.r, self.harmonics, friction)
 
-    def decay(self, walls: Sequence[int], coordinate: Any) -> Any:
+    def decay(self, walls: Sequence[int], coordinate: Arithmetic) -> Any:
         """The root of the determinant of the return map of a motion, see `Groups.decay`.
 
         Parameters
@@ -105,7 +105,7 @@ class Model(Struct, frozen=True):
         # For membranes that are alike as a power, which is rounded once, not N times.
         return Groups(0.0, 0.0, r).decay(walls) if isinstance(r, Restitutions) else r ** len(walls)
 
-    def determinant(self, walls: Sequence[int], coordinate: Any) -> Any:
+    def determinant(self, walls: Sequence[int], coordinate: Arithmetic) -> Any:
         """The determinant of the return map of a motion: the product of r^2 over its impacts."""
         r = self.level.restitution(self.r, coordinate)
         return Groups(0.0, 0.0, r).decay(walls) ** 2 if isinstance(r, Restitutions) else r ** (2 * len(walls))

@@ -27,7 +27,7 @@ from vireport.motions.level_plane import EDGE
 from vireport.motions.orbits import Dynamics, Friction, Orbits, coefficients, of_order, orbits_of, rubbing, turned
 from vireport.physics.forcing import SINE, Harmonic
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
-from vireport.physics.numbers import IMAGINARY_STEP
+from vireport.physics.numbers import IMAGINARY_STEP, Arithmetic
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -451,7 +451,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
         safe = np.where(determinant == 0, 1.0, determinant)
         return (of_d * gbar_phi - of_gbar * d_phi) / safe, (of_gbar * d_u - of_d * gbar_u) / safe
 
-    def _at(self, which: Ints, u: Any, phi: Any) -> Orbits:
+    def _at(self, which: Ints, u: Arithmetic, phi: Arithmetic) -> Orbits:
         """The motions at places, with the membranes and the friction of design points."""
         friction = None if self.friction is None else Friction(self.friction[which])
         return orbits_of(Dynamics(map_restitution(self.r, itemgetter(which)), self.n, self.harmonics, friction), u, phi)

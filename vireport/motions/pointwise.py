@@ -31,7 +31,7 @@ from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
 from vireport.physics.motion import Motion
-from vireport.physics.numbers import IMAGINARY_STEP
+from vireport.physics.numbers import IMAGINARY_STEP, Arithmetic
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -318,7 +318,7 @@ class Forms(Struct, frozen=True, eq=False):
     delta: Any
 
 
-def forms(u: Any, r: Any, n: int, divided: bool = False) -> Forms:
+def forms(u: Arithmetic, r: Any, n: int, divided: bool = False) -> Forms:
     """Solve (3.9)-(3.11) for the phase at q = 1/2 + u, gbar and d.
 
     Parameters
@@ -452,7 +452,7 @@ class Points(Struct, frozen=True, eq=False):
         values, slopes = (np.einsum("ki,kj->ij", factors, table) for table in self.tables)
         return values, slopes
 
-    def value(self, which: Ints, u: Any) -> tuple[Any, Any, Any, Any]:
+    def value(self, which: Ints, u: Arithmetic) -> tuple[Any, Any, Any, Any]:
         """G, the numerators of sin(phi) and cos(phi), and their denominator, at a u for each of the points `which`."""
         f = forms(u, map_restitution(self.r, itemgetter(which)), self.n, self.divided)
         d, gbar = self.d[which], self.gbar[which]

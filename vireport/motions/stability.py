@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits
 from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.numbers import Arithmetic
 
 Floats = NDArray[np.float64]
 
@@ -152,7 +153,7 @@ def product_trace(flights: Sequence[Jacobian]) -> Any:
     return a * e + b * g + c * f + d * h
 
 
-def discriminant(trace: Any, decay: Any) -> Any:
+def discriminant(trace: Arithmetic, decay: Arithmetic) -> Any:
     """Delta = tr^2 - 4 det of Eq. (4.3), as the product (tr - 2 decay)(tr + 2 decay) that keeps its digits near zero.
 
     `decay` is the root of the determinant, as in `TRACE_LEVELS`: r^2 of a 1:1 motion.
@@ -161,7 +162,7 @@ def discriminant(trace: Any, decay: Any) -> Any:
     return (trace - focus) * (trace + focus)
 
 
-def eigenvalues(trace: Any, decay: float) -> tuple[Any, Any]:
+def eigenvalues(trace: Arithmetic, decay: float) -> tuple[Any, Any]:
     """Real eigenvalues, or their real part where Delta < 0, Eq. (4.3); larger first.
 
     The one that would cancel is taken from the product lambda_1 lambda_2 = decay^2.

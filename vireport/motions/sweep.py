@@ -22,7 +22,7 @@ from vireport.motions.orbits import (
 from vireport.physics.device import FINEST_D, FINEST_GBAR, Device, moved, value_in
 from vireport.physics.forcing import Harmonic
 from vireport.physics.groups import Groups
-from vireport.physics.numbers import ARRAYS, ExactFunctions
+from vireport.physics.numbers import ARRAYS, Arithmetic, ExactFunctions
 from vireport.scenario.parameters import Parameter
 
 NO_TOLERANCE = 0.0, 0.0
@@ -111,7 +111,7 @@ class Level(Struct, frozen=True, eq=False):
         kept = self.varied is None or self.varied.keeps_symmetry
         return self.horizontal and kept and Groups(0.0, 0.0, r, tuple(harmonics)).symmetric
 
-    def restitution(self, r: Any, coordinate: Any) -> Any:
+    def restitution(self, r: Any, coordinate: Arithmetic) -> Any:
         """The restitution at a value of the sweep's coordinate, from that of the device."""
         return r if self.varied is None else moved(r, self.varied, coordinate)
 
@@ -242,7 +242,7 @@ class Sweep(Struct, frozen=True):
             )
         return reason
 
-    def coordinate_of(self, value: Any, ops: ExactFunctions = ARRAYS) -> Any:
+    def coordinate_of(self, value: Arithmetic, ops: ExactFunctions = ARRAYS) -> Any:
         """The coordinate at a value of the parameter: d, gbar where the inclination varies, or a restitution itself."""
         if self.parameter.bounces:
             return ops.exact(value)
@@ -255,7 +255,7 @@ class Sweep(Struct, frozen=True):
             return value_in(orbit.restitution, self.parameter)
         return orbit.gbar if self.parameter is Parameter.INCLINATION else orbit.d
 
-    def value(self, coordinate: Any, ops: ExactFunctions = ARRAYS) -> Any:
+    def value(self, coordinate: Arithmetic, ops: ExactFunctions = ARRAYS) -> Any:
         """The parameter at a value of the coordinate; see `Device.value`."""
         if self.parameter.bounces:
             return coordinate

@@ -26,7 +26,7 @@ from vireport.optimise.problem import Problem, objectives
 from vireport.physics.affine import AFFINE, between
 from vireport.physics.device import RESTITUTIONS, Device, Shaker
 from vireport.physics.groups import by_wall, map_restitution
-from vireport.physics.numbers import ARRAYS
+from vireport.physics.numbers import ARRAYS, Arithmetic
 from vireport.scenario.blocks import DesignPath, Objective
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.designs import DISPLACED, RINGS
@@ -345,7 +345,7 @@ class _Extreme(NamedTuple):
     shaker: Shaker
 
 
-def _extreme(problem: Problem, most: Floats, least: Floats, speeds: Floats, period_s: Any) -> _Extreme:
+def _extreme(problem: Problem, most: Floats, least: Floats, speeds: Floats, period_s: Arithmetic) -> _Extreme:
     """What the devices in one corner of each box have: of `most` and `least`, the ends of each input, (inputs, k)."""
     rising = np.array([path in (FALLING, DesignPath.BALL_MASS) for path in problem.paths])[:, None]
     # A light capsule moves faster, and the impacts on it; but on a free one their energy at a given speed grows with M.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vireport.physics.numbers import MethodOps
+from vireport.physics.numbers import Arithmetic, MethodOps
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -157,7 +157,7 @@ class Affine:
         return _rounded(value - value * square, slope * self.linear, np.abs(slope) * self.radius + rest, 1 + reach)
 
 
-def _rounded(centre: Floats, linear: Floats, radius: Floats, size: Any = 0.0) -> Affine:
+def _rounded(centre: Floats, linear: Floats, radius: Floats, size: Arithmetic = 0.0) -> Affine:
     """An affine number, its radius enlarged by the roundings of terms as large as itself, or as `size`."""
     spread = np.abs(linear).sum(axis=0)
     terms = np.abs(centre) + spread + radius + size

@@ -19,7 +19,7 @@ from typing_extensions import TypeVar
 from vireport.base.errors import UsageError
 from vireport.physics.forcing import Harmonic, peaks
 from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, map_restitution, stated
-from vireport.physics.numbers import ARRAYS, UNIT, ExactFunctions
+from vireport.physics.numbers import ARRAYS, UNIT, Arithmetic, ExactFunctions
 from vireport.scenario.blocks import CapsuleMotion, Scenario
 from vireport.scenario.keys import value_at
 from vireport.scenario.parameters import DRIVING, DesignInput, Parameter, ScalarInput
@@ -157,7 +157,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             friction=scenario.device.friction,
         )
 
-    def at(self, parameter: Parameter, value: Any) -> dict[Parameter, Any]:
+    def at(self, parameter: Parameter, value: Arithmetic) -> dict[Parameter, Any]:
         """The four parameters that drive the ball, with the value of one replaced; a restitution replaces none."""
         return {name: value if name == parameter else getattr(self, name) for name in DRIVING}
 
@@ -255,7 +255,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             return getattr(self, varied)
         return value_in(self.restitution, varied)
 
-    def groups(self, parameter: Parameter, value: Any, ops: ExactFunctions = ARRAYS) -> Groups[Any]:
+    def groups(self, parameter: Parameter, value: Arithmetic, ops: ExactFunctions = ARRAYS) -> Groups[Any]:
         """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, r, harmonics, friction.
 
         For a free capsule gbar is (M + m) g sin(beta)/F. A gbar up to `NO_GRAVITY` becomes zero.
@@ -289,7 +289,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             friction = ops.exact(self.friction) * weight * across / force
         return Groups(d, gbar * (gbar > NO_GRAVITY), restitution, harmonics, friction)
 
-    def value(self, parameter: Parameter, d: Any, gbar: Any, ops: ExactFunctions = ARRAYS) -> Any:
+    def value(self, parameter: Parameter, d: Arithmetic, gbar: Arithmetic, ops: ExactFunctions = ARRAYS) -> Any:
         """The value of `parameter` at which the device has the groups, the other three parameters as they are.
 
         The inverse of `groups`: from gbar for the inclination, otherwise from d.
@@ -373,7 +373,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         x = self.at(parameter, value)
         return x[Parameter.AMPLITUDE] / (2 * self.capsule_mass_kg * x[Parameter.FREQUENCY])
 
-    def shaker(self, parameter: Parameter, value: Any) -> Shaker:
+    def shaker(self, parameter: Parameter, value: Arithmetic) -> Shaker:
         """Demands on the shaker where `parameter` has a value, by M X'' = F cos(omega t + phi) and its harmonics.
 
         Source: Eq. (2.1).
@@ -421,7 +421,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         # Motions take n periods, and their velocities grow as 1/(1 - r): so do their roundings.
         return of * self.period_ratio / (1 - float(max(stated(self.restitution))))
 
-    def too_short(self, parameter: Parameter, value: Any) -> str:
+    def too_short(self, parameter: Parameter, value: Arithmetic) -> str:
         """Reason why double precision does not resolve the length where `parameter` has a value; "" if it does."""
         d = self.groups(parameter, value)[0]
         if d >= (finest := self.finest(FINEST_D)):
@@ -432,7 +432,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             "smaller force)"
         )
 
-    def too_light(self, parameter: Parameter, value: Any) -> str:
+    def too_light(self, parameter: Parameter, value: Arithmetic) -> str:
         """Reason why double precision does not resolve gravity where `parameter` has a value; "" if it does."""
         gbar = self.groups(parameter, value)[1]
         if gbar > 0 or self.at(parameter, value)[Parameter.INCLINATION] == 0:
@@ -474,7 +474,7 @@ def value_in(restitution: Any, varied: ScalarInput) -> Any:
     return bottom if varied == DesignInput.RESTITUTION_BOTTOM else top
 
 
-def moved(restitution: Any, varied: ScalarInput, value: Any) -> Any:
+def moved(restitution: Any, varied: ScalarInput, value: Arithmetic) -> Any:
     """The restitution with another value at one membrane, or with another mean and the same difference.
 
     Parameters

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vireport.base.records import brief
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall
-from vireport.physics.numbers import ARRAYS, ContinuousFunctions, magnitude
+from vireport.physics.numbers import ARRAYS, Arithmetic, ContinuousFunctions, magnitude
 from vireport.scenario.blocks import CapsuleMotion, MembraneBlock, Scenario
 from vireport.scenario.parameters import LARGEST, SMALLEST
 from vireport.text.formatting import quantity
@@ -361,7 +361,11 @@ class Strikes(NamedTuple):
 
 
 def conversion(
-    strikes: Strikes, membrane: Membrane, dielectric: Dielectric, period_s: Any, ops: ContinuousFunctions = ARRAYS
+    strikes: Strikes,
+    membrane: Membrane,
+    dielectric: Dielectric,
+    period_s: Arithmetic,
+    ops: ContinuousFunctions = ARRAYS,
 ) -> Conversion:
     """Evaluate the energy conversion of motions with one impact on each membrane.
 
@@ -407,7 +411,7 @@ def conversion(
     return Conversion(bottom, top, 1e3 / period_s * (bottom + top), (bottom + top) / spent, field)
 
 
-def energy_gained(gain: Any, membrane: Membrane, dielectric: Dielectric) -> Any:
+def energy_gained(gain: Arithmetic, membrane: Membrane, dielectric: Dielectric) -> Any:
     """Electrical energy gained at an impact with a gain of voltage U_imp - Uin [V]: C0 U_imp (U_imp - Uin)/2 [J]."""
     return flat_capacitance(membrane, dielectric) / 2 * gain * (gain + membrane.bias_voltage_v)
 

@@ -17,11 +17,13 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
+from vireport.physics.numbers import Arithmetic
+
 LARGEST_RESTITUTION = 0.99
 """Upper limit of a restitution that falls with speed: for a slow impact its law would give 1 and more."""
 
 
-def acceleration(cosine: Any, gbar: Any) -> Any:
+def acceleration(cosine: Arithmetic, gbar: Arithmetic) -> Any:
     """Relative acceleration Z'' = gbar + cos(phase), with the forcing cos(pi t + phi).
 
     Parameters
@@ -36,7 +38,14 @@ def acceleration(cosine: Any, gbar: Any) -> Any:
     return gbar + cosine
 
 
-def velocity(elapsed: Any, velocity_after: Any, sine_start: Any, sine: Any, gbar: Any, pi: Any = pi) -> Any:
+def velocity(
+    elapsed: Arithmetic,
+    velocity_after: Arithmetic,
+    sine_start: Arithmetic,
+    sine: Arithmetic,
+    gbar: Arithmetic,
+    pi: Arithmetic = pi,
+) -> Any:
     """Relative velocity Z' a time `elapsed` after an impact.
 
     Z'(t) = Z'+ + gbar t + [sin(phase) - sin(phase_start)]/pi.
@@ -58,13 +67,13 @@ def velocity(elapsed: Any, velocity_after: Any, sine_start: Any, sine: Any, gbar
 
 
 def displacement(
-    elapsed: Any,
-    velocity_after: Any,
-    sine_start: Any,
-    cosine_start: Any,
-    cosine: Any,
-    gbar: Any,
-    pi: Any = pi,
+    elapsed: Arithmetic,
+    velocity_after: Arithmetic,
+    sine_start: Arithmetic,
+    cosine_start: Arithmetic,
+    cosine: Arithmetic,
+    gbar: Arithmetic,
+    pi: Arithmetic = pi,
 ) -> Any:
     """Relative displacement Z - Z_start a time `elapsed` after an impact.
 
@@ -78,7 +87,7 @@ def displacement(
     return drift * elapsed - (cosine - cosine_start) / (pi * pi)
 
 
-def reflect(velocity_before: Any, restitution: Any) -> Any:
+def reflect(velocity_before: Arithmetic, restitution: Any) -> Any:
     """Velocity just after an impact, Z'+ = -r Z'-.
 
     Source: Eq. (2.10).
@@ -149,23 +158,23 @@ class Flight(Struct, frozen=True, eq=False):
         """The flights picked by an index or mask, of arrays of one shape."""
         return Flight(self.direction, *(getattr(self, name)[index] for name in FLIGHT_NUMBERS))
 
-    def speed(self, t: Any, sine: Any, pi: Any = pi) -> Any:
+    def speed(self, t: Arithmetic, sine: Arithmetic, pi: Arithmetic = pi) -> Any:
         """Velocity away from the membrane left, a time t after the impact, where the phase has this sine."""
         return self.direction * velocity(t, self.velocity, self.sine, sine, self.gbar, pi=pi)
 
-    def covered(self, t: Any, cosine: Any, pi: Any = pi) -> Any:
+    def covered(self, t: Arithmetic, cosine: Arithmetic, pi: Arithmetic = pi) -> Any:
         """Distance from the membrane left, a time t after the impact, where the phase has this cosine."""
         return self.direction * displacement(t, self.velocity, self.sine, self.cosine, cosine, self.gbar, pi=pi)
 
-    def pressing(self, cosine: Any) -> Any:
+    def pressing(self, cosine: Arithmetic) -> Any:
         """Acceleration away from the membrane left, where the phase has this cosine."""
         return self.direction * acceleration(cosine, self.gbar)
 
-    def jerk(self, sine: Any, pi: Any = pi) -> Any:
+    def jerk(self, sine: Arithmetic, pi: Arithmetic = pi) -> Any:
         """Rate of that acceleration, where the phase has this sine."""
         return -self.direction * pi * sine
 
-    def turned(self, sine: Any, cosine: Any) -> tuple[Any, Any]:
+    def turned(self, sine: Arithmetic, cosine: Arithmetic) -> tuple[Any, Any]:
         """Sine and cosine of the phase at the impact plus an angle, from sine and cosine of the angle."""
         return self.sine * cosine + self.cosine * sine, self.cosine * cosine - self.sine * sine
 

@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.physics.numbers import DecimalOps, ExactFunctions
+from vireport.physics.numbers import Arithmetic, DecimalOps, ExactFunctions
 
 NEAR_CIRCLE = 1e-3
 """Distance from the unit circle up to which a root counts as a phase. Too many phases do no harm, as they only divide
@@ -108,7 +108,7 @@ class Wave(NamedTuple):
     path: Any
 
 
-def wave(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Wave:
+def wave(sine: Arithmetic, cosine: Arithmetic, harmonics: Sequence[Harmonic] = ()) -> Wave:
     """The force at a phase, from sine and cosine of the phase, numbers of any kind."""
     if not harmonics:
         return Wave(cosine, sine, cosine)
@@ -122,7 +122,7 @@ def wave(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Wave:
     return Wave(force, impulse, path)
 
 
-def force_rate(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> Any:
+def force_rate(sine: Arithmetic, cosine: Arithmetic, harmonics: Sequence[Harmonic] = ()) -> Any:
     """Derivative of the force by the phase, from sine and cosine of the phase."""
     rate = -sine
     for harmonic in harmonics:
@@ -131,7 +131,7 @@ def force_rate(sine: Any, cosine: Any, harmonics: Sequence[Harmonic] = ()) -> An
     return rate
 
 
-def _multiple(sine: Any, cosine: Any, order: int) -> tuple[Any, Any]:
+def _multiple(sine: Arithmetic, cosine: Arithmetic, order: int) -> tuple[Any, Any]:
     """Sine and cosine of `order` times an angle, from those of the angle."""
     # By the addition theorem, not by functions of the multiple angle: the caller has sine and cosine already, and in
     # this form decimals and numbers that carry errors need no further functions.

@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from vireport.physics import flight
 from vireport.physics.forcing import Harmonic, Wave, wave
-from vireport.physics.numbers import Functions
+from vireport.physics.numbers import Arithmetic, Functions
 
 Number = TypeVar("Number")
 
@@ -73,7 +73,7 @@ class SpeedLaw(Struct, frozen=True):
         """Apply a function to all four numbers."""
         return SpeedLaw(function(self.bottom), function(self.top), function(self.exponent), function(self.speed))
 
-    def at(self, wall: int, velocity: Any) -> tuple[Any, Any]:
+    def at(self, wall: int, velocity: Arithmetic) -> tuple[Any, Any]:
         """The restitution of an impact on a membrane with a velocity, and -dZ'+/dZ'-; see `restitution_at_speed`."""
         stated = self.bottom if wall > 0 else self.top
         return flight.restitution_at_speed(stated, wall * velocity / self.speed, self.exponent)
@@ -204,7 +204,7 @@ class Groups(NamedTuple, Generic[Number]):
         return bool(self.gbar == 0) and self.symmetric
 
     @staticmethod
-    def of(d: Any, gbar: Any, bottom: Any, top: Any) -> Groups[Any]:
+    def of(d: Arithmetic, gbar: Arithmetic, bottom: Arithmetic, top: Arithmetic) -> Groups[Any]:
         """The groups for a force that is a sine, with `Restitutions` even if the membranes are alike."""
         return Groups(d, gbar, Restitutions(bottom, top))
 
@@ -221,11 +221,11 @@ class Groups(NamedTuple, Generic[Number]):
         bottom, top = by_wall(self.restitution)
         return bottom if wall > 0 else top
 
-    def after(self, wall: int, velocity: Any) -> Any:
+    def after(self, wall: int, velocity: Arithmetic) -> Any:
         """The velocity just after an impact on a membrane, from the velocity just before it, Eq. (2.10) [y_c]."""
         return flight.reflect(velocity, self.rebound(wall, velocity)[0])
 
-    def rebound(self, wall: int, velocity: Any) -> tuple[Any, Any]:
+    def rebound(self, wall: int, velocity: Arithmetic) -> tuple[Any, Any]:
         """The restitution of an impact on a membrane with a velocity, and -dZ'+/dZ'-, which is the same if constant."""
         r = self.restitution
         if isinstance(r, SpeedLaw):
@@ -253,7 +253,7 @@ class Groups(NamedTuple, Generic[Number]):
         bottom, top = by_wall(self.restitution)
         return prod(bottom if wall > 0 else top for wall in walls)
 
-    def pull(self, force: Any, way: int = 0) -> Any:
+    def pull(self, force: Arithmetic, way: int = 0) -> Any:
         """The relative acceleration Z'', Eq. (2.8).
 
         Parameters
@@ -265,14 +265,16 @@ class Groups(NamedTuple, Generic[Number]):
         """
         return flight.acceleration(force, self.gravity(way))
 
-    def gravity(self, way: Any) -> Any:
+    def gravity(self, way: Arithmetic) -> Any:
         """Gravity and friction along the capsule in a flight in which Z' has the sign `way` [-].
 
         Friction is against the relative velocity. Z falls from the bottom to the top membrane: `way` is -1 upwards.
         """
         return self.gbar if self.friction is None else self.gbar - way * self.friction
 
-    def flown(self, elapsed: Any, after: Any, begun: Wave, now: Wave, way: Any = 0, pi: Any = pi) -> tuple[Any, Any]:
+    def flown(
+        self, elapsed: Arithmetic, after: Arithmetic, begun: Wave, now: Wave, way: Arithmetic = 0, pi: Arithmetic = pi
+    ) -> tuple[Any, Any]:
         """The position of the ball less that of the membrane left, and its velocity Z', a time after an impact.
 
         Parameters
@@ -294,6 +296,6 @@ class Groups(NamedTuple, Generic[Number]):
         covered = flight.displacement(elapsed, after, begun.impulse, begun.path, now.path, gravity, pi)
         return covered, flight.velocity(elapsed, after, begun.impulse, now.impulse, gravity, pi)
 
-    def wave(self, phase: Any, ops: Functions) -> Wave:
+    def wave(self, phase: Arithmetic, ops: Functions) -> Wave:
         """The force at a phase, in the kind of number of `ops`."""
         return wave(ops.sin(phase), ops.cos(phase), self.harmonics)

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from vireport.base.records import brief
+from vireport.physics.numbers import Arithmetic
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -151,7 +152,7 @@ class Motion(Struct, frozen=True, eq=False):
         return min(map(self.apart, images), default=inf)
 
 
-def multipliers(trace: Any, determinant: Any) -> NDArray[np.complex128]:
+def multipliers(trace: Arithmetic, determinant: Arithmetic) -> NDArray[np.complex128]:
     """Both eigenvalues of a linearised return map, (..., 2), that of larger modulus first; nan where the trace is nan.
 
     `motions.stability.eigenvalues` has their real parts by size, as figures show them, with all digits next to Delta=0.

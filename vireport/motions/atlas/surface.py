@@ -29,7 +29,7 @@ from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.groups import Restitutions, by_wall
 from vireport.physics.motion import Motion
-from vireport.physics.numbers import ARRAYS, ContinuousFunctions
+from vireport.physics.numbers import ARRAYS, Arithmetic, ContinuousFunctions
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -181,7 +181,9 @@ def solution(word: Word, times: FlightTimes, r: Any, ops: ContinuousFunctions = 
     return HomogeneousSolution(velocities, time, kernel[0], kernel[1], kernel[2], d, excess)
 
 
-def _on_one_membrane(flights: Sequence[Any], period: Any, r: float, ops: ContinuousFunctions) -> HomogeneousSolution:
+def _on_one_membrane(
+    flights: Sequence[Any], period: Arithmetic, r: float, ops: ContinuousFunctions
+) -> HomogeneousSolution:
     """Solve the conditions of motions with all impacts on the bottom; arguments are those of `solution`.
 
     Notes
@@ -373,7 +375,7 @@ def candidates_above(word: Word, flights: Floats, r: Any, period: Floats | None 
         return Candidates(word, scale * np.stack(x.velocity), start + np.stack(x.time), *groups, excess, r)
 
 
-def room(level: Level, largest: Any, gbar: Any, norm: Any = 1.0) -> Any:
+def room(level: Level, largest: Arithmetic, gbar: Arithmetic, norm: Arithmetic = 1.0) -> Any:
     """The d to give to motions that strike one membrane only and do not depend on it.
 
     Parameters

@@ -11,6 +11,7 @@ from vireport.motions.points import Point
 from vireport.physics.device import Device
 from vireport.physics.groups import by_wall, map_restitution
 from vireport.physics.motion import Symmetry
+from vireport.physics.numbers import Arithmetic
 from vireport.scenario.parameters import Parameter
 from vireport.study.checks import reference as exact
 
@@ -36,7 +37,7 @@ def motion_errors(
             start.append(float(motions.q[i] - 0.5))
             held = exact.mpf(float(motions.sweep_value[i]))
 
-            def residual(x: list[Any], held: Any = held) -> list[Any]:
+            def residual(x: list[Any], held: Arithmetic = held) -> list[Any]:
                 d, gbar = exact.groups(device, parameter, x[3] if near else held)
                 return exact.periodicity((x[0], x[1], x[2]), d, gbar, r, n)
 
@@ -95,7 +96,7 @@ def critical_motion(point: Point, device: Device, parameter: Parameter, gap: flo
             if by_wall(r)[which] == 0:
                 return x
 
-        def touch(state: Any, d: Any, gbar: Any, time: Any) -> list[Any]:
+        def touch(state: Any, d: Any, gbar: Any, time: Arithmetic) -> list[Any]:
             left, speed, phase, _ = list(exact.flights(state, d, gbar, r, n))[which]
             z, rate = exact.flight(time, left, speed, phase, gbar)
             return [rate, d / 2 - abs(z) - gap]

@@ -22,7 +22,7 @@ from vireport.base.errors import NumericalError
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
 from vireport.physics.groups import Restitutions, by_wall, map_restitution
-from vireport.physics.numbers import Functions
+from vireport.physics.numbers import Arithmetic, Functions
 from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
@@ -142,19 +142,19 @@ def reference_voltage(orbit: ReferenceOrbit, membrane: Membrane) -> Any:
         return sum(voltage(speed, membrane)[1] for speed in speeds) / 2
 
 
-def digits(number: Any, count: int) -> str:
+def digits(number: Arithmetic, count: int) -> str:
     """A number as text with so many digits."""
     with precise():
         return str(mp.nstr(number, count))
 
 
-def _at(device: Device, parameter: Parameter, value: Any) -> dict[str, Any]:
+def _at(device: Device, parameter: Parameter, value: Arithmetic) -> dict[str, Any]:
     """The parameters of a device, of which one has a value."""
     names = "length_m", "amplitude_n", "frequency_hz", "inclination_deg"
     return {name: mpf(value if name == parameter else getattr(device, name)) for name in names}
 
 
-def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Any, Any]:
+def groups(device: Device, parameter: Parameter, value: Arithmetic) -> tuple[Any, Any]:
     """Return d and gbar of a device whose `parameter` has `value`, Eqs. (2.5) and (2.6)."""
     x, mass = _at(device, parameter, value), mpf(device.capsule_mass_kg)
     force, omega = x[Parameter.AMPLITUDE], 2 * mp.pi * x[Parameter.FREQUENCY]
@@ -163,13 +163,13 @@ def groups(device: Device, parameter: Parameter, value: Any) -> tuple[Any, Any]:
     return x[Parameter.LENGTH] * mass * omega**2 / (force * mp.pi**2), weight / force
 
 
-def velocity_unit(device: Device, parameter: Parameter, value: Any) -> Any:
+def velocity_unit(device: Device, parameter: Parameter, value: Arithmetic) -> Any:
     """y_c of a device whose `parameter` has `value` [m/s], Eq. (2.5)."""
     x = _at(device, parameter, value)
     return x[Parameter.AMPLITUDE] * mp.pi / (mpf(device.capsule_mass_kg) * 2 * mp.pi * x[Parameter.FREQUENCY])
 
 
-def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Functions = mp) -> tuple[Any, Any]:
+def flight(t: Any, start: Any, speed: Any, phase: Arithmetic, gbar: Any, ops: Functions = mp) -> tuple[Any, Any]:
     """Z and Z' a time t after leaving `start` with `speed`, Eqs. (2.11) and (2.12) with (3.13)."""
     pi = ops.pi
     f1, f1_start = ops.sin(pi * t + phase) / pi, ops.sin(phase) / pi
@@ -178,7 +178,7 @@ def flight(t: Any, start: Any, speed: Any, phase: Any, gbar: Any, ops: Functions
     return position, speed + gbar * t + f1 - f1_start
 
 
-def periodicity(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[Any]:
+def periodicity(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> list[Any]:
     """Residuals of the maps (3.3)-(3.6) closed by (3.1): where and how fast the flight up and the flight down end."""
     velocity, phase, u = state
     up = 2 * n * (mpf(1) / 2 + u)
@@ -188,13 +188,13 @@ def periodicity(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[Any]:
     return [top + d / 2, bottom - d / 2, back - velocity]
 
 
-def velocity_top(state: State, gbar: Any, r: Any, n: int) -> Any:
+def velocity_top(state: State, gbar: Arithmetic, r: Any, n: int) -> Any:
     """Velocity before the top impact, Eq. (3.8), by the momentum over a period where the membranes are not alike."""
     bottom, top = by_wall(r)
     return (gbar * 2 * n - (1 + bottom) * state[0]) / (1 + top)
 
 
-def trace(state: State, gbar: Any, r: Any, n: int, ops: Functions = mp) -> Any:
+def trace(state: State, gbar: Arithmetic, r: Any, n: int, ops: Functions = mp) -> Any:
     """Tr(DP) by Eq. (A.4), each flight with the r of its impact; with numpy for `ops`, of arrays."""
     bottom, top = by_wall(r)
     velocity, phase, u = state
@@ -213,7 +213,7 @@ def trace(state: State, gbar: Any, r: Any, n: int, ops: Functions = mp) -> Any:
     )
 
 
-def symmetric_velocity(phase: Any, r: Any) -> Any:
+def symmetric_velocity(phase: Arithmetic, r: Any) -> Any:
     """Velocity at either impact of a symmetric motion: (3.9) at q = 1/2 and gbar = 0, for odd n."""
     return 2 * mp.sin(phase) / (mp.pi * (1 - r))
 
@@ -290,19 +290,19 @@ def with_trace(device: Device, parameter: Parameter, kind: str, guess: list[Any]
     return special_motion(device, parameter, lambda x, d, gbar: [trace(x, gbar, r, n) - target], guess, symmetric)
 
 
-def motion(guess: list[Any], d: Any, gbar: Any, r: Any, n: int) -> State:
+def motion(guess: list[Any], d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> State:
     """The motion near a guess of (velocity, phase, u) for given d and gbar."""
     velocity, phase, u = newton(lambda x: periodicity((x[0], x[1], x[2]), d, gbar, r, n), guess)
     return velocity, phase, u
 
 
-def at(phase: Any, u: Any, guess: list[Any], r: Any, n: int) -> tuple[Any, Any, Any]:
+def at(phase: Arithmetic, u: Arithmetic, guess: list[Any], r: Any, n: int) -> tuple[Any, Any, Any]:
     """Velocity, gbar and d of the one motion with this phase and q, from a guess of the three."""
     velocity, gbar, d = newton(lambda x: periodicity((x[0], phase, u), x[2], x[1], r, n), guess, [1, 1, 1])
     return velocity, gbar, d
 
 
-def flights(state: State, d: Any, gbar: Any, r: Any, n: int) -> Iterator[tuple[Any, Any, Any, Any]]:
+def flights(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> Iterator[tuple[Any, Any, Any, Any]]:
     """Start, speed, phase and duration of the flight up and of the flight down."""
     velocity, phase, u = state
     up = 2 * n * (mpf(1) / 2 + u)
@@ -311,7 +311,7 @@ def flights(state: State, d: Any, gbar: Any, r: Any, n: int) -> Iterator[tuple[A
     yield -d / 2, -top * velocity_top(state, gbar, r, n), phase + mp.pi * up, 2 * n - up
 
 
-def symmetric_motions(d: Any, r: Any, n: int) -> Iterator[State]:
+def symmetric_motions(d: Arithmetic, r: Any, n: int) -> Iterator[State]:
     """Symmetric motions of a horizontal capsule: d = n (1+r) Zd/2 - 2 cos(phi)/pi^2 with `symmetric_velocity`."""
     sine, cosine = n * (1 + r) / (mp.pi * (1 - r)), -2 / mp.pi**2
     ratio = d / mp.hypot(sine, cosine)
@@ -321,7 +321,7 @@ def symmetric_motions(d: Any, r: Any, n: int) -> Iterator[State]:
             yield symmetric_velocity(phase, r), phase, mpf(0)
 
 
-def voltage(speed: Any, membrane: Membrane) -> tuple[Any, Any]:
+def voltage(speed: Arithmetic, membrane: Membrane) -> tuple[Any, Any]:
     """Deflection (5.5) [m] and U_imp - Uin (5.2)-(5.4) [V] of an impact at `speed` [m/s], of either sign."""
     with mp.workdps(VOLTAGE_DIGITS):
         h, k, uin = mpf(membrane.exponent), mpf(membrane.stiffness), mpf(membrane.bias_voltage_v)
@@ -335,7 +335,7 @@ def voltage(speed: Any, membrane: Membrane) -> tuple[Any, Any]:
         return delta, (area / (mp.pi * rc**2)) ** 2 * uin - uin
 
 
-def turning_points(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[tuple[Any, int, Any]]:
+def turning_points(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> list[tuple[Any, int, Any]]:
     """Zeros of Z' in the flights: gap to the nearer wall, flight, time.
 
     Z' is monotone between the zeros of Z'' = gbar + cos, so that each interval between those has one zero or none.
@@ -343,7 +343,7 @@ def turning_points(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[tupl
     turns = []
     for k, (start, speed, phase, duration) in enumerate(flights(state, d, gbar, r, n)):
 
-        def rate(t: Any, start: Any = start, speed: Any = speed, phase: Any = phase) -> Any:
+        def rate(t: Arithmetic, start: Arithmetic = start, speed: Arithmetic = speed, phase: Arithmetic = phase) -> Any:
             return flight(t, start, speed, phase, gbar)[1]
 
         for zero in _zeros(rate, _bends(phase, gbar, duration)):
@@ -352,7 +352,7 @@ def turning_points(state: State, d: Any, gbar: Any, r: Any, n: int) -> list[tupl
     return turns
 
 
-def _bends(phase: Any, gbar: Any, duration: Any) -> list[Any]:
+def _bends(phase: Arithmetic, gbar: Any, duration: Arithmetic) -> list[Any]:
     """The ends of a flight, but for its first instant, and the zeros of Z'' between them."""
     times = [mpf(SHORTEST), duration]
     if gbar < 1:
@@ -370,13 +370,13 @@ def _zeros(function: Callable[[Any], Any], ends: Sequence[Any]) -> Iterator[Any]
             yield mp.findroot(function, (low, high), solver="anderson", verify=False)
 
 
-def pressing(state: State, gbar: Any, n: int, at_top: bool) -> Any:
+def pressing(state: State, gbar: Arithmetic, n: int, at_top: bool) -> Any:
     """Acceleration Z'' at an impact, which changes its sign where a wall begins to hold the ball."""
     later = mp.pi * 2 * n * (mpf(1) / 2 + state[2]) if at_top else 0
     return gbar + mp.cos(state[1] + later)
 
 
-def short_touch(state: State, gbar: Any, r: Any, n: int, which: int) -> tuple[Any, Any]:
+def short_touch(state: State, gbar: Arithmetic, r: Any, n: int, which: int) -> tuple[Any, Any]:
     """Pressing acceleration, and time after the impact, at which a ball that hardly rebounds touches the wall again.
 
     Its distance from the wall, v t - a t^2/2 - j t^3/6, and its velocity vanish where a = (-8 j v/3)^(1/2) and
@@ -390,7 +390,7 @@ def short_touch(state: State, gbar: Any, r: Any, n: int, which: int) -> tuple[An
     return press, -3 * press / (2 * jerk)
 
 
-def wall_gap(state: State, d: Any, gbar: Any, r: Any, n: int) -> Any:
+def wall_gap(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> Any:
     """Smallest distance to a membrane at the turning points, d where the ball never turns back."""
     return min([d, *(gap for gap, _, _ in turning_points(state, d, gbar, r, n))])
 

@@ -18,6 +18,7 @@ from vireport.motions.pointwise import PointwiseMotions, differentiated_motions,
 from vireport.physics.device import RESTITUTIONS, Device
 from vireport.physics.energy import Conversion, Dielectric, Membrane, Voltages
 from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
+from vireport.physics.numbers import Arithmetic
 from vireport.scenario.blocks import Scenario
 from vireport.scenario.parameters import DesignInput, Parameter
 from vireport.study.judging.impacts import Impacts, generated, impacts_of
@@ -130,7 +131,7 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
         present[self.motions.cell[self.motions.stable(self.restitution, slack)]] = True
         return present
 
-    def of_cell(self, x: Any) -> Any:
+    def of_cell(self, x: Arithmetic) -> Any:
         """A number of the designs, or an array of them, as one of their stable motions."""
         return np.broadcast_to(np.asarray(x), self.count)[self.cell]
 
