@@ -138,7 +138,7 @@ OUT_OF_RANGE = (
     value(15, "21", "got 21, which is too large"),
     value(15, "1.5", "got 1.5, which is not a whole number"),
     value(15, "2.0", "got 2.0; write 2"),
-    value(1, "2", "got 2, a version that is not known here (always 1)"),
+    value(1, "2", "got 2, a version that is not known to this program (always 1)"),
     value(1, '"1"', "without quotes (always 1)"),
     value(1, "1.0", "got 1.0; write 1"),
     value(1, "true", "got true, which is not a number"),
@@ -391,15 +391,15 @@ REQUIREMENTS = (
     required("words: [BT, b]", "words.1", "got 'b', which is no word"),
     required("words: []", "words", "got a list of 0 values (a list of 1 to 8 words)"),
     required("word: BT", "word", "a motion that is followed along it, needs sweep", NO_SWEEP),
-    required("words: [BT]", "words", "judged at is not given (give device.length_m,", NO_LENGTH),
+    required("words: [BT]", "words", "is judged is not given (give device.length_m,", NO_LENGTH),
     required(
         "deflection_at_most_m: 5",
         "deflection_at_most_m",
         "need device.ball_mass_kg, which is not given",
         without(5, 8, 9),
     ),
-    required("margin_any_percent: 5", "margin_any_percent", "judged at is not given (give device.length_m,", NO_LENGTH),
-    required("u_ave_at_least_v: 5", "u_ave_at_least_v", "judged at is not given (give device.length_m,", NO_LENGTH),
+    required("margin_any_percent: 5", "margin_any_percent", "is judged is not given (give device.length_m,", NO_LENGTH),
+    required("u_ave_at_least_v: 5", "u_ave_at_least_v", "is judged is not given (give device.length_m,", NO_LENGTH),
     bad(
         NO_LENGTH + "requirements:\n  inclination_from_deg: 5\n  inclination_to_deg: 6\n",
         (20, f"{REQUIRED}.inclination_from_deg", "(give device.length_m, or leave this out)"),
@@ -435,9 +435,9 @@ RESTITUTIONS = (
     bad(good_but(6, "  restitution_bottom: 1.2\n  restitution_top: 0.4"), (6, "device.restitution_bottom", "got 1.2")),
 )
 TOLERANCES = (
-    off("samples: 64", "", "there is none in it (give one, such as length_percent, or delete it)"),
-    off("length_m: null", "", "there is none in it"),
-    bad(GOOD + "tolerances:\n", (20, "tolerances", "there is none in it")),
+    off("samples: 64", "", "it has no tolerance (give one, such as length_percent, or delete it)"),
+    off("length_m: null", "", "it has no tolerance"),
+    bad(GOOD + "tolerances:\n", (20, "tolerances", "it has no tolerance")),
     off("length_percent: 51", "length_percent", "got 51, which is too large (a number above 0, at most 50, in %)"),
     off("length_m: 0.7, amplitude_percent: 3", "length_m", "takes length_m 0.7 off 0.7 (at most 0.7)"),
     off("length_mm: 1", "length_mm", "did you mean 'length_m'? It is in m: 1 mm is 0.001 m"),
@@ -447,7 +447,7 @@ TOLERANCES = (
     off(
         "inclination_percent: 1",
         "inclination_percent",
-        "per cent of inclination_deg: 0 are nothing (give inclination_deg here)",
+        "a percentage of inclination_deg: 0 is nothing (give inclination_deg here)",
         without(13) + "inclination_deg: 0\n",
     ),
     required("survives_shock_m_s: 0.3", "survives_shock_m_s", "a shock needs disturbances, which is not given"),
@@ -475,8 +475,8 @@ MEASURED = (
     ),
     bad(
         MINIMAL + "measured: [{impacts: a.csv, value: 1, direction: up}]\n",
-        (5, "measured.0.value", "there is no sweep that it is of"),
-        (5, "measured.0.direction", "there is no sweep that it is of"),
+        (5, "measured.0.value", "there is no sweep to which it could belong"),
+        (5, "measured.0.direction", "there is no sweep to which it could belong"),
     ),
 )
 
@@ -491,7 +491,7 @@ EFFECTS = (
         (22, "effects.1.percent", "capsule has no size"),
         (23, "effects.2.percent", "got -2, of a harmonic at its worst phase (above 0)"),
         (24, "effects.3.percent", "restitution_top needs a size"),
-        (25, "effects.4.effect", "membrane_stiffness is looked at wherever it matters"),
+        (25, "effects.4.effect", "membrane_stiffness is always considered where it matters"),
         (26, "effects.5.percent", "got 60"),
         (27, "effects.6.effect", "got 'tea'"),
     ),
@@ -518,7 +518,7 @@ EFFECTS = (
     ),
     bad(
         MINIMAL.replace("0.5", "0") + "effects:\n- {effect: restitution_bottom, percent: -5}\n",
-        (6, "effects.0.percent", "per cent of restitution_bottom: 0 are nothing"),
+        (6, "effects.0.percent", "a percentage of restitution_bottom: 0 is nothing"),
     ),
     bad(
         without(7) + "effects:\n- {effect: capsule}\n",
@@ -701,10 +701,10 @@ HARMONICS = (
         (
             21,
             "design",
-            "it knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)",
+            "it is available for a sine force only, and excitation.harmonics is given (leave one of them out)",
         ),
-        (22, "accuracy", "it knows a force that is a sine alone"),
-        (23, "disturbances.prove", "it knows a force that is a sine alone"),
+        (22, "accuracy", "it is available for a sine force only"),
+        (23, "disturbances.prove", "it is available for a sine force only"),
     ),
 )
 
@@ -714,7 +714,7 @@ def friction(value: str, more: str, *expected: tuple[int, str, str]) -> Bad:
     return bad(good_but(7, f"  length_m: 0.7\n  friction: {value}") + more, *expected)
 
 
-_RUBS = "it knows a ball without friction, and device.friction is given (leave one of them out)"
+_RUBS = "it is available without friction only, and device.friction is given (leave one of them out)"
 
 FRICTION = (
     friction("-0.1", "", (8, "device.friction", "got -0.1, which is too small (a number from 0 to 2")),
@@ -735,7 +735,7 @@ FRICTION = (
         good_but(7, "  length_m: 0.7\n  friction: 0.1")
         .replace("restitution: 0.5", "restitution: 0")
         .replace("parameter: length_m", "parameter: inclination_deg"),
-        (6, "device.restitution", "got 0: a ball that does not bounce is known without friction only"),
+        (6, "device.restitution", "got 0: a ball that does not bounce is computed without friction only"),
         (18, "sweep.parameter", "along a sweep of the inclination, with which friction changes"),
     ),
 )
@@ -746,7 +746,7 @@ def falling(keys: str, more: str, *expected: tuple[int, str, str]) -> Bad:
     return bad(good_but(7, f"  length_m: 0.7\n  {keys}") + more, *expected)
 
 
-_FALLS = "it knows a restitution that does not fall with speed, and device.restitution_exponent is given"
+_FALLS = "it is available for a constant restitution only, and device.restitution_exponent is given"
 _LAW = "restitution_exponent: -0.1\n  restitution_speed_m_s: 2"
 _EXPONENT, _STATED = "device.restitution_exponent", "device.restitution_speed_m_s"
 
@@ -765,7 +765,7 @@ FALLING = (
         f"{_LAW}\n  friction: 0.1",
         "motions: {}\nrequirements: {word: BT, inclination_from_deg: 20, inclination_to_deg: 30}\n"
         "effects: [{effect: restitution_exponent, exponent: -0.1}]\n",
-        (10, "device.friction", "got 0.1, which is not known together with device.restitution_exponent"),
+        (10, "device.friction", "got 0.1, which cannot be combined with device.restitution_exponent"),
         (19, "sweep", _FALLS),
         (23, "motions", _RUBS),
         (24, "requirements.word", _RUBS),
@@ -783,7 +783,7 @@ FALLING = (
     ),
     bad(
         good_but(7, f"  length_m: 0.7\n  {_LAW}").replace("restitution: 0.5", "restitution: 0"),
-        (6, "device.restitution", "got 0, which has no restitution that falls with speed"),
+        (6, "device.restitution", "got 0, which cannot fall with speed"),
         (18, "sweep", _FALLS),
     ),
 )
@@ -796,13 +796,13 @@ def along_restitution(end: str, more: str, *expected: tuple[int, str, str]) -> B
 
 
 _WORD = "requirements.word"
-_ONLY = "along a sweep of a restitution only 1:1 motions are known (leave this out, or sweep something else)"
+_ONLY = "along a sweep of a restitution only 1:1 motions are computed (leave this out, or sweep something else)"
 
 ALONG_RESTITUTION = (
     along_restitution("1", "", (19, "sweep.to", "which is too large (a number from 0 to 0.999999")),
     along_restitution("0.75", "motions: {impacts: 3}\n", (20, "motions", _ONLY)),
     along_restitution("0.75", "requirements: {word: BBT}\n", (20, _WORD, _ONLY)),
-    along_restitution("0.75", "accuracy: {}\n", (20, "accuracy", "it knows membranes")),
+    along_restitution("0.75", "accuracy: {}\n", (20, "accuracy", "it is available for constant membranes")),
     bad(
         GOOD.replace("parameter: length_m", "parameter: restitution").replace(
             "restitution: 0.5", "restitution_bottom: 0.2\n  restitution_top: 0.8"
@@ -813,7 +813,7 @@ ALONG_RESTITUTION = (
         GOOD.replace("parameter: length_m", "parameter: restitution")
         .replace("from: 0.59", "from: 0\n  # of a ball with friction")
         .replace("restitution: 0.5", "restitution: 0.5\n  friction: 0.1"),
-        (19, "sweep.from", "got 0: a ball that does not bounce is known without friction only"),
+        (19, "sweep.from", "got 0: a ball that does not bounce is computed without friction only"),
     ),
 )
 

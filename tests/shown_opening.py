@@ -164,7 +164,7 @@ class Opening:
             if missed:
                 yield fact("bad", f"Requirements not met, {len(missed)} of {count}: {'; '.join(missed)}.")
             elif self.short:
-                said = f"All requirements are met ({count}), but the margin by rigid impacts alone: "
+                said = f"All requirements are met ({count}), the margin by rigid impacts only: "
                 yield fact("caution", f"{said}margin_with_effects_percent requires more.")
             else:
                 yield fact("good", f"All requirements are met ({count}).")
@@ -242,7 +242,7 @@ class Opening:
             recoil = "does not recoil" if self.x.device.free else "recoils"
             check = MEASURED.get(shift["effect"], f"compute with a capsule that {recoil}")
             if room == -inf:
-                yield fact("caution", f"{check[0].upper()}{check[1:]}: stable motion hangs on it.")
+                yield fact("caution", f"{check[0].upper()}{check[1:]}: stable motion depends on it.")
                 return
             ways["effect"] = f", or {'measure it' if shift['effect'] == parameter else check}"
         yield fact("caution", f"{self.way(parameter)} for more margin{ways[limit]}.")

@@ -262,15 +262,15 @@ REQUIRED: dict[str, tuple[str, str, str, Callable[[Results], float]]] = {
     "stroke_at_most_m": ("Stroke of the shaker", "m", "at most", lambda x: x.device.stroke),
     "force_at_most_n": ("Force of the shaker", "N", "at most", lambda x: x.device.amplitude_n),
     "withstands_distortion_percent": (
-        "Distortion that is withstood", "%", "at least",
+        "Distortion withstood", "%", "at least",
         lambda x: min(of["percent"] for of in x.design["distortion"] if of["percent"] is not None),
     ),
     "margin_with_effects_percent": (
-        "Margin with what is left out", "%", "at least",
+        "Margin with neglected effects", "%", "at least",
         lambda x: 100 * min(of["least_margin"] for of in x.data["effects"]["rows"] if of["least_margin"] is not None),
     ),
     "survives_shock_m_s": (
-        "Shock that is survived", "m/s", "at least", lambda x: x.data["disturbances"]["shock"]["least_jump_m_s"],
+        "Shock withstood", "m/s", "at least", lambda x: x.data["disturbances"]["shock"]["least_jump_m_s"],
     ),
     "phase_jitter_at_most_deg": (
         "Spread of the phases", "deg", "at most", lambda x: x.data["disturbances"]["jitter"]["phase_deg"],
@@ -313,7 +313,7 @@ def requirements(x: Results) -> list[Row]:
             "Limit": Said(f"{REQUIRED[key][2]} {{}}", of_unit(limit, unit)),
             "Value": Said("{}", of_unit(value, unit)),
             "Margin": Said("{}{}", "+" if margin >= 0 else "−", of_unit(abs(margin), unit, 3)),
-            "In the scenario": "by default" if key in by_default(x) else "set over it",
+            "In the scenario": "by default" if key in by_default(x) else "set by --set",
         }
     given = x.scenario["requirements"]
     if given["stable_from"] is not None:
@@ -327,7 +327,7 @@ def requirements(x: Results) -> list[Row]:
             "Limit": Said("from {} to {}", number(low), swept(x, high)),
             "Value": Said("stable from {} to {}", number(part["from"]), swept(x, part["to"])),
             "Margin": Said("+{}", swept(x, min(inside), 3)),
-            "In the scenario": "set over it",
+            "In the scenario": "set by --set",
         }
     if given["crosscheck_passed"]:
         found = x.data["simulation"]
@@ -338,7 +338,7 @@ def requirements(x: Results) -> list[Row]:
             "Limit": ANYTHING,
             "Value": Said("largest difference {}", number(largest, 2)),
             "Margin": Said("+{}", number(limit - largest, 3)),
-            "In the scenario": "set over it",
+            "In the scenario": "set by --set",
         }
     return [rows[criterion["key"]] for criterion in x.data["requirements"]["criteria"]]
 
@@ -363,7 +363,7 @@ def _remark(x: Results, key: str) -> Any:
     if key == "crosscheck_passed":
         found = x.data["simulation"]
         count = found["orbits_checked"]
-        return Said("{} of {} stable orbits found again", number(count - len(found["misses"])), number(count))
+        return Said("{} of {} stable motions found again", number(count - len(found["misses"])), number(count))
     return ANYTHING
 
 
@@ -834,7 +834,7 @@ def rungs(x: Results) -> list[Row]:
 def simulated(x: Results) -> list[Row]:
     of = x.data["simulation"]
     count = of["orbits_checked"]
-    answers: dict[str, Any] = {"Stable orbits checked": str(count)}
+    answers: dict[str, Any] = {"Stable motions checked": str(count)}
     if count:
         answers |= {
             "Found again by the simulation": f"{count - len(of['misses'])} of {count}",
@@ -951,8 +951,8 @@ def _outcome(of: dict[str, Any]) -> str:
         names = {
             "at_rest": "at rest on the bottom membrane",
             "chaotic": "chaotic, or not periodic within the budget",
-            "undecided": "a motion that rounding does not tell",
-            "rest_cycle": "rest again and again, after times that rounding does not tell",
+            "undecided": "a motion that rounding hides",
+            "rest_cycle": "rest again and again, at irregular times",
         }
         return names[of["outcome"]]
     often = "forcing period" if of["periods"] == 1 else f"{of['periods']} forcing periods"
@@ -1221,7 +1221,7 @@ def _of_stretch(x: Results) -> Iterator[Said]:
 def _of_membrane(x: Results) -> Iterator[Said]:
     device, of = x.device, x.device.membrane
     radius, h = of["active_radius_m"], of["exponent"]
-    origin = "set over the scenario" if any("ball_mass_kg" in text for text in x.data["overrides"]) else "given by the"
+    origin = "set by --set" if any("ball_mass_kg" in text for text in x.data["overrides"]) else "given by the"
     yield Said(f"The ball mass m = {{}} is {origin}", Amount(1e3 * device.ball_mass_kg, "g", 8))
     if not x.places():
         return

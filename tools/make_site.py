@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parent.parent
 MADE = ROOT / "docs" / "made"
 SITE = ROOT / "build" / "site"
 PACKAGES = (
-    *("scenario", "study", "motions", "design", "physics"),
+    *("scenario", "study", "study.judging", "motions", "design", "physics"),
     *("findings.outcomes", "comparison", "map.chart", "optimise"),
 )
 """Those whose records a user of `vireport.analyse` and its neighbours comes to hold."""

@@ -89,7 +89,7 @@ def test_a_ball_that_is_too_heavy_rests_and_a_long_way_is_not_told_exactly() -> 
     assert found(PAPER.with_values({Parameter.AMPLITUDE: 0.5})).destination is Destination.AT_REST
     long = found(PAPER.with_values({Parameter.AMPLITUDE: 3.0, Parameter.LENGTH: 1.25}))
     assert (long.destination, long.periods, long.word) == (Destination.REST_CYCLE, 0, "")
-    assert "rounding does not tell" in long.name
+    assert "at irregular times" in long.name
 
 
 @pytest.mark.slow

@@ -135,7 +135,7 @@ def test_a_section_says_which_of_the_papers_scenarios_it_is_of() -> None:
             ("sweep.parameter=inclination_deg", "sweep.from=0", "sweep.to=10"),
             "the paper's sweep of Fig. 2(a)–(c) is needed",
         ),
-        (("device.friction=0.1",), "vireport paper knows a ball without friction"),
+        (("device.friction=0.1",), "vireport paper is available without friction only"),
     ],
 )
 def test_another_kind_of_device_or_sweep_is_refused(overrides, said, capsys) -> None:

@@ -93,7 +93,7 @@ def test_a_title_is_text_in_every_format(odd) -> None:
 
 def test_markdown_leads_to_the_line_and_says_how_to_run_it_again(odd, monkeypatch: pytest.MonkeyPatch) -> None:
     text = markdown(odd, "vireport run x_y.yaml")
-    assert "Again, with the exit code: `vireport run x_y.yaml`" in text
+    assert "To repeat this with its exit code: `vireport run x_y.yaml`" in text
     assert "| odd,na:me%.yaml:28 |" in text
     for name, value in (("SERVER_URL", "https://github.com"), ("REPOSITORY", "a/b"), ("SHA", "0123")):
         monkeypatch.setenv(f"GITHUB_{name}", value)
@@ -159,7 +159,7 @@ def test_the_report_opens_with_the_table(tmp_path: Path, study_of) -> None:
         name, _, number = line.partition(":")
         assert (name, rows[int(number) - 1].split(":")[0].strip()) == ("failing.yaml", criterion.key)
         assert f"#line-{number}" in page.attributes("href")
-    assert "vireport" in page.text[page.text.index("Again, with the exit code") :][:80]
+    assert "vireport" in page.text[page.text.index("To repeat this with its exit code") :][:80]
     plain = Report(study_of("inclined"), {}, provenance_of(study_of("inclined").loaded, "test"))
     assert "Acceptance" not in Page(render_html(plain)).headings
 

@@ -32,7 +32,7 @@ def install_command(package: str) -> str:
 
 
 class VireportError(Exception):
-    """A failure that is explained to the caller in one message; `exit_code` is what the process returns."""
+    """Any failure of vireport that is explained in a message; `exit_code` is what the command exits with."""
 
     exit_code = 3
 
@@ -43,13 +43,13 @@ class VireportError(Exception):
 
 
 class UsageError(VireportError):
-    """The command line asks for something that does not exist or does not fit together.
+    """A command or a call that asks for something that does not exist or does not fit together.
 
     Parameters
     ----------
     message : str
     *example : str
-        Lines that would do.
+        Further lines of the message: an example that works.
     """
 
     exit_code = 2
@@ -60,7 +60,7 @@ class UsageError(VireportError):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The message, and the lines that would do."""
+        """The message, and the lines of its example."""
         return (str(self), *self.example)
 
 
@@ -114,16 +114,16 @@ class Mistakes:
 
 
 class ScenarioError(VireportError):
-    """A scenario, or a record of measurements, that cannot be used, with the mistakes that were found in it.
+    """A scenario or a record of measurements that cannot be used, with all mistakes found in it.
 
     Parameters
     ----------
     name : str
-        Name of the file, as the caller gave it.
+        Name of the file, for messages.
     mistakes : iterable of Mistake
-        At least one; the first ones in the order of their lines are told.
+        At least one, in the order of their lines.
     more : int
-        Mistakes behind these, which are counted.
+        Number of further mistakes, which are not listed.
     """
 
     exit_code = 2
@@ -153,7 +153,7 @@ class OutputError(VireportError):
 
 
 class NumericalError(VireportError):
-    """The numbers could not be had: a case outside the theory, or a computation that did not converge."""
+    """A computation without a result: the case is outside the theory, or an iteration did not converge."""
 
 
 class RenderError(VireportError):

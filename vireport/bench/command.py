@@ -17,7 +17,7 @@ def explore(
     browser: options.Browser = True,
     output: options.Folder = None,
 ) -> None:
-    """Change a design by hand in a page of this machine, with margins and verdict following. Ctrl-C ends it.
+    """Change a design by hand in a page of the browser, with its margins and verdict. Ctrl-C ends it.
 
     What the page saves goes to the current folder, unless -o names another.
     """

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 
 def explore(source: str | Path | Loaded | Study) -> BenchWidget:
-    """Show a scenario on the bench in a cell of a notebook: sliders, and what the program says of each design.
+    """Open a scenario in a cell of a notebook, with sliders that change the design and its results.
 
     Parameters
     ----------
     source : str, Path, Loaded or Study
-        A file, or what was loaded or found out of one.
+        Path of a scenario file, or a result of `load` or `analyse`.
 
     Returns
     -------
     BenchWidget
-        Its `loaded` is the scenario as the hand has left it.
+        The bench; its `loaded` is the scenario as changed so far, for `analyse`.
 
     Raises
     ------

@@ -57,7 +57,7 @@ def _messages(*names: str, **declared: Any) -> object:
 
 
 SCENARIO = (
-    "Reads the scenario from this YAML file, or what an earlier run was made of from its results.json, report.html or "
+    "Reads the scenario from this YAML file, or that of an earlier run from its results.json, report.html or "
     "report.pdf; - is standard input."
 )
 
@@ -67,7 +67,7 @@ Scenarios = Annotated[
     list[str],
     typer.Argument(
         metavar="SCENARIO",
-        help="Compares these: scenarios, or what earlier runs were made of, from their results.json, report.html or "
+        help="Compares these: scenarios, or those of earlier runs from their results.json, report.html or "
         "report.pdf; with --vary, the variants of one.",
     ),
 ]
@@ -229,7 +229,7 @@ Templates = Annotated[
         metavar="DIR",
         exists=True,
         file_okay=False,
-        help="Uses the report templates of this folder instead of ours. Templates are code: use those you trust.",
+        help="Uses the report templates of this folder first. Templates are code: use those you trust.",
     ),
 ]
 Paper = Annotated[PaperSize, output_option(help="Sets the paper size of the PDF.")]

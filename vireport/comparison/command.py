@@ -45,9 +45,9 @@ def compare(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Compare scenarios, or variants of one, and tell which is best; with --exit-code, what has changed.
+    """Compare scenarios, or variants of one, and say which is best; with --exit-code, what has changed.
 
-    An earlier run is solved again, and what is no longer the same is told; with --exit-code its results count as they
+    An earlier run is solved again, and what has changed is reported; with --exit-code its results count as they
     are.
     """
     if exit_code:

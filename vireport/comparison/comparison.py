@@ -54,19 +54,20 @@ FEW_NAMES = 3
 
 
 class Comparison(Struct, frozen=True, eq=False, dict=True):
-    """Scenarios and what distinguishes their results.
+    """Scenarios side by side: their ranking, and the quantities by which their results differ.
 
     Attributes
     ----------
     names : tuple of str
-        One for each scenario, no two alike.
+        Name of each scenario; no two are alike.
     studies : tuple of Study
+        Results of each scenario, in the order of the names.
     axes : Axes
-        In what places along the sweeps are compared.
+        Whether values along the sweeps are compared in the swept input or in d.
     table : tuple of ComparisonRow
-        All that is compared, by groups; in each what changed most first.
+        All rows, by groups; in each group those that differ most first.
     rank_by : tuple of Merit
-        What scenarios are ranked by beside what always counts.
+        Criteria of the ranking beyond those that always count.
     """
 
     names: tuple[str, ...]
@@ -81,27 +82,27 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def by_name(self) -> dict[str, Study]:
-        """The studies by the names of the scenarios."""
+        """The studies by the names of their scenarios."""
         return dict(zip(self.names, self.studies, strict=True))
 
     @property
     def exactness(self) -> Exactness:
-        """How exact the numbers of all scenarios are."""
+        """How exact the numbers of all scenarios are, which says how many digits are shown."""
         return _exactness(self.studies)
 
     @cached_property
     def quantities(self) -> tuple[ComparisonRow, ...]:
-        """The rows of numbers that were computed."""
+        """The rows of computed numbers."""
         return tuple(row for row in self.table if not row.is_statement)
 
     @cached_property
     def differences(self) -> tuple[ComparisonRow, ...]:
-        """The quantities that differ by more than rounding."""
+        """The rows of computed numbers that differ by more than rounding."""
         return tuple(row for row in self.quantities if row.differs)
 
     @cached_property
     def settings(self) -> tuple[ComparisonRow, ...]:
-        """The values by which the scenarios differ; the quantity of a row is the dotted path."""
+        """The rows of scenario values that differ; the quantity of a row is the path of the key."""
         return tuple(row for row in self.table if row.group is QuantityGroup.SCENARIO and row.differs)
 
     @cached_property
@@ -111,17 +112,17 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def opening(self) -> Opening:
-        """What its report opens with: the best scenario and why, what others lack, and the numbers of the best."""
+        """What the report opens with: the best scenario and why, what others lack, and the numbers of the best."""
         return comparison_opening(self.ranking)
 
     @property
     def headline(self) -> str:
-        """Which scenario is best, and why: one sentence."""
+        """One sentence: which scenario is best, and why."""
         return self.opening.worded().sentence
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Which scenarios have no margin, or no voltage, to compare."""
+        """Sentences on scenarios that have no margin, or no voltage, to compare."""
         return tuple(remark.words() for remark in remarks(self.ranking))
 
     def to_dict(self, templates: Path | None = None) -> dict[str, Any]:
@@ -182,25 +183,31 @@ def compare(
     rank_by: Sequence[str] = (),
     allow_outside: bool = False,
 ) -> Comparison:
-    """Solve scenarios and compare what comes out.
+    """Solve scenarios, compare their results and rank them.
 
     Parameters
     ----------
     items : sequence of str, Path, Loaded or Study
-        Scenario files, loaded scenarios or solved ones. A solved one is solved again only where it is varied.
+        Paths of scenario files, results of `load` or of `analyse`. A study is solved again only if it is varied.
     vary : mapping of str to sequence, or sequence of str, optional
-        Values of keys, ``{"inclination_deg": [0, 15]}`` or ``["inclination_deg=0,15"]``; of several keys every
-        combination is taken, the last one varying fastest.
+        Values of keys: ``{"inclination_deg": [0, 15]}`` or ``["inclination_deg=0,15"]``. Several keys give every
+        combination, the last key varying fastest.
     names : sequence of str, optional
-        One for each item, or where a single item is varied, one for each variant.
+        A name for each item or, if a single item is varied, for each variant.
     overrides : sequence of str, or mapping, optional
-        Set over every scenario, before it is varied.
+        Values that replace those of every scenario, before it is varied.
     progress : callable, optional
-        Called with each scenario as it begins.
+        Called with the name of each scenario as its solution begins.
     rank_by : sequence of str, optional
-        Names of `RANK_BY`, what matters most first: the ranking counts them after stable motion and before the margin.
+        `from-rest`, `recovery` or `shock`, what matters most first: these count after stable motion and before the
+        margin.
     allow_outside : bool
-        Whether the records that scenario files name may be outside of their folders.
+        Whether records that scenario files name may be outside of their folders.
+
+    Returns
+    -------
+    Comparison
+        The scenarios with their results, rows and ranking.
 
     Raises
     ------
@@ -209,7 +216,7 @@ def compare(
     ScenarioError
         Where a scenario cannot be used, with the mistakes of all variants.
     NumericalError
-        Where a scenario cannot be solved; it is named.
+        Where a scenario cannot be solved, with its name.
     """
     chosen = variants(items, vary, names, overrides, allow_outside)
     if len(chosen) < 2:

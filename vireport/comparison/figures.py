@@ -110,7 +110,7 @@ def _side_by_side(comparison: Comparison, templates: Path | None) -> Iterator[Pi
 def compare_figure(
     comparison: Comparison, name: str, *, width_mm: float | None = None, style: Mapping[str, object] | None = None
 ) -> tuple[Figure, ...]:
-    """Draw one kind of figure of a comparison, for notebooks and papers.
+    """Draw a figure of the paper for all scenarios of a comparison side by side, by Matplotlib.
 
     Parameters
     ----------
@@ -118,14 +118,14 @@ def compare_figure(
     name : str
         ``figure-2``, ``figure-4`` or ``figure-7``.
     width_mm : float, optional
-        Of a column of a paper, 60 to 250; what all scenarios hold is then left to the caption.
+        Width of a column of a paper [mm], 60 to 250; inputs that all scenarios share are then left to the caption.
     style : mapping, optional
-        Settings of Matplotlib for it.
+        Settings of Matplotlib, such as ``{"font.size": 8}``.
 
     Returns
     -------
     tuple of Figure
-        One for each five scenarios, of a narrower one for as many as there is room for; none where no scenario has it.
+        A figure for every five scenarios, or fewer at a small width; empty if no scenario has this figure.
 
     Raises
     ------

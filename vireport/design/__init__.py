@@ -1,1 +1,1 @@
-"""The design point: its motions and their margins, and how strongly they hang on each input."""
+"""The design point: its motions and their margins, and how strongly they depend on each input."""

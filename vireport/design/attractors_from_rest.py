@@ -1,4 +1,4 @@
-"""What a ball from rest comes to at values over a sweep, if a few impacts tell it.
+"""What a ball from rest comes to at values over a sweep, where a few impacts show it.
 
 Without the compiler, which takes longer to start than all of it. What has not settled after some 500 impacts is not
 decided here; `from_rest` goes on.

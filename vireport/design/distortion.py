@@ -1,4 +1,4 @@
-"""What distortion of the force a design stands: the least harmonic, at its worst phase, that ends stable motion.
+"""Distortion of the force that a design withstands: the least harmonic, at its worst phase, that ends stable motion.
 
 A harmonic p cos(order x + psi) of the force cos x is a vector of length p in the plane of its cosine and sine. Stable
 motion is followed from the origin of that plane along rays; where it ends is a border in the plane, nearly straight

@@ -1,4 +1,4 @@
-"""How far the nearest end of stable motion would move by what the model of a scenario leaves out.
+"""How far effects that the model neglects would move the nearest end of stable motion.
 
 Each effect makes another device of a design. Along the input in which the design is nearest to an end of stable motion,
 the stable motions of that device are followed to where they end, as those of the design are.
@@ -62,7 +62,7 @@ ALIKE = 0.25
 
 
 class Effect(Struct, frozen=True):
-    """A physical effect that the model leaves out, of an assumed size.
+    """A physical effect that the model neglects, of an assumed size.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Effect(Struct, frozen=True):
 
     @staticmethod
     def requested(blocks: Sequence[EffectBlock] | None) -> tuple[Effect, ...]:
-        """Those that a scenario asks for; the usual ones where it asks for none."""
+        """The effects that a scenario asks for; the usual ones where it names none."""
         if blocks is None:
             return USUAL
         sizes = ((block.percent or 0.0) / 100 + (block.exponent or 0.0) for block in blocks)  # it has one of the two

@@ -194,12 +194,12 @@ class FromRest(Struct, frozen=True):
 
     @property
     def decided(self) -> bool:
-        """Whether the end of the ball does not hang on rounding."""
+        """Whether the end of the ball does not depend on rounding."""
         return self.destination is not Destination.UNDECIDED
 
     @property
     def kind(self) -> tuple[Destination, str, int]:
-        """What tells one outcome from another; of rest cycles not the number of hops before the rest."""
+        """What distinguishes outcomes; for rest cycles without the number of hops before the rest."""
         return self.destination, "" if self.destination is Destination.REST_CYCLE else self.word, self.periods
 
     @property
@@ -216,10 +216,10 @@ class FromRest(Struct, frozen=True):
 
 
 NAMES = {
-    Destination.REST_CYCLE: "rest again and again, after times that rounding does not tell",
+    Destination.REST_CYCLE: "rest again and again, at irregular times",
     Destination.CHAOTIC: Outcome.APERIODIC.value,
     Destination.AT_REST: Outcome.REST.value,
-    Destination.UNDECIDED: "a motion that rounding does not tell",
+    Destination.UNDECIDED: "a motion that rounding hides",
 }
 """Destinations without a word, for the reader."""
 

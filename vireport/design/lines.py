@@ -196,7 +196,7 @@ def line_of(varied: DesignInput, device: Device) -> Line:
 
 
 def model_on_line(line: Line, device: Device, ops: DoubleOps | DecimalOps) -> LineModel:
-    """A line through a device with all inputs, in a kind of number."""
+    """The line on which an input moves a device with all inputs, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
     rubbed: tuple[Any, Any] = 0, 0
@@ -257,7 +257,7 @@ def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, fl
 
 
 class LineCurve(Curve, frozen=True, eq=False, dict=True):
-    """The motions of one word along a line, of which nobody but the search for their ends sees the points.
+    """The motions of one word along a line, whose points only the search for their ends uses.
 
     Steps may be four times as long as those of a family, whose points are drawn, and bend three times as much: a third
     of the work. How much the trace may change in one, and what a velocity or gap may hide, bounds them as it does

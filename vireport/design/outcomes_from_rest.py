@@ -28,7 +28,7 @@ each without the compiler."""
 
 
 class OutcomeRange(Struct, frozen=True):
-    """An interval of the sweep in which the outcome of switching on is one, as far as values tell.
+    """An interval of the sweep with one outcome of switching on, as far as the values tried show.
 
     Attributes
     ----------

@@ -78,7 +78,7 @@ class SwitchedOn(Struct, frozen=True, eq=False):
 
 
 def switched_on_at_once(solution: Solution, compiled: bool = False) -> SwitchedOn:
-    """What a device comes to whose force is there at once, in some milliseconds.
+    """What a device comes to when the force sets in at full amplitude; takes some milliseconds.
 
     Parameters
     ----------

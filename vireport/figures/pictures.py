@@ -40,7 +40,7 @@ def pictures(
     width_mm: float | None = None,
     style: Mapping[str, object] | None = None,
 ) -> tuple[Picture, ...]:
-    """Draw the figures that a study's plan runs, in the order of their names.
+    """Draw all figures of the report of a study, in the order of their names.
 
     Parameters
     ----------
@@ -48,11 +48,16 @@ def pictures(
     simulated : PairedImpacts, optional
         Motions from a simulation, drawn over the analytic ones.
     templates : Path, optional
-        A folder whose words come before the package's own.
+        A folder of templates whose words come before those of the package.
     width_mm : float, optional
-        Of a column of a paper, 60 to 250; what is held is then left to the captions.
+        Width of a column of a paper [mm], 60 to 250; constant inputs are then left to the captions.
     style : mapping, optional
-        Settings of Matplotlib for it.
+        Settings of Matplotlib, such as ``{"font.size": 8}``.
+
+    Returns
+    -------
+    tuple of Picture
+        Each with `svg`, `png` and `pdf`, its title, caption and alternative text.
 
     Raises
     ------

@@ -208,7 +208,7 @@ def figure_2(
     width_mm: float | None = None,
     style: Settings | None = None,
 ) -> Figure:
-    """Impact velocity, phase and half the flight time along the sweep, as in Fig. 2.
+    """Draw impact velocity, phase and half the flight time along the sweep, as in Fig. 2 of the paper.
 
     Parameters
     ----------
@@ -216,9 +216,9 @@ def figure_2(
     simulated : PairedImpacts, optional
         Motions from a simulation, drawn over the analytic ones.
     width_mm : float, optional
-        Of a column of a paper, 60 to 250; what is held along the sweep is then left to the caption.
+        Width of a column of a paper [mm], 60 to 250; constant inputs are then left to the caption.
     style : mapping, optional
-        Settings of Matplotlib for it, such as ``{"font.family": "Times New Roman", "font.size": 8}``.
+        Settings of Matplotlib, such as ``{"font.family": "Times New Roman", "font.size": 8}``.
 
     Raises
     ------
@@ -232,7 +232,10 @@ def figure_2(
 
 
 def figure_4(study: Study, *, width_mm: float | None = None, style: Settings | None = None) -> Figure:
-    """The discriminant, and the eigenvalues or their real parts, along the sweep, as in Fig. 4; see `figure_2`."""
+    """Draw discriminant and eigenvalues along the sweep, as in Fig. 4 of the paper.
+
+    Where the eigenvalues are complex, their common real part is drawn. Parameters and errors are those of `figure_2`.
+    """
     with drawn_for(Sheet.of(width_mm, style)):
         return sweep_figure(Task.FIGURE_4, [drawing_of(study)])
 
@@ -244,7 +247,10 @@ def figure_7(
     width_mm: float | None = None,
     style: Settings | None = None,
 ) -> Figure:
-    """The voltages at the impacts and their average along the sweep, as in Fig. 7; see `figure_2`."""
+    """Draw the voltages [kV] of both impacts and their mean along the sweep, as in Fig. 7 of the paper.
+
+    Parameters and errors are those of `figure_2`.
+    """
     with drawn_for(Sheet.of(width_mm, style)):
         return sweep_figure(Task.FIGURE_7, [drawing_of(study, simulated)])
 

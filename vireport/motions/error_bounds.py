@@ -392,7 +392,7 @@ def sweep_value_bounds(sweep: Sweep, stored: Floats, group: Rounded) -> Floats:
 
 
 def undecided(motions: Motions, bounds: dict[str, Floats]) -> NDArray[np.bool_]:
-    """Whether rounding leaves it undecided that the ball stays between the membranes: the gap is within its bound."""
+    """Whether rounding leaves open if the ball stays between the membranes: the gap is within its bound."""
     return np.asarray(np.abs(motions.wall_gap) <= bounds["wall_gap"])
 
 

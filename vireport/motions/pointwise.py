@@ -1,4 +1,4 @@
-"""All 1:1 motions at many design points at once, without a guess and without a sweep.
+"""All 1:1 motions at many design points at once, without a starting guess or a sweep.
 
 For a given q, the equations (3.9)-(3.11) are linear in the velocity, sin(phi) and cos(phi). Cramer's rule gives the
 latter two as (gbar a + d b)/Delta with functions a, b and Delta of q alone, and a motion is a zero of the scalar

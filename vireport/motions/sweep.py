@@ -197,7 +197,7 @@ class Sweep(Struct, frozen=True):
         return Level(Held.GBAR, gbar, friction)
 
     def driven(self, what: str) -> Sweep:
-        """The sweep itself, if its membranes stay as they are.
+        """The sweep itself, if it does not vary a restitution.
 
         Parameters
         ----------

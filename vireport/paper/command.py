@@ -28,7 +28,7 @@ def paper(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Reproduce the paper: its figures 2, 3, 4, 6 and 7, Table 1, and every number that it prints beside ours.
+    """Reproduce the paper: its figures 2, 3, 4, 6 and 7, Table 1, and every printed number beside ours.
 
     With --set, the paper's three scenarios are changed, and the report shows what that changes.
     """

@@ -16,7 +16,7 @@ class LimitKind(Enum):
     AT_LEAST = "at least {0:.12g} {unit}"
     AT_MOST = "at most {0:.12g} {unit}"
     RANGE = "from {0:.12g} to {1:.12g} {unit}"
-    AGREEMENT = "every stable orbit found again to {0:.12g}"
+    AGREEMENT = "every stable motion found again to {0:.12g}"
     WORDS = "only {words}"
     HELD = "required"
 

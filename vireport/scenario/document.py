@@ -232,7 +232,7 @@ class _Reader:
         next(self.events)  # the end of the document
         after = next(self.events)
         if not isinstance(after, StreamEndEvent):
-            self._refuse(after, self.root, "a second document starts here (one scenario to a file)")
+            self._refuse(after, self.root, "a second document starts here (one scenario per file)")
         return data
 
     def _guard(self, event: Event, path: str, depth: int) -> None:

@@ -69,14 +69,14 @@ class Loaded(Struct, frozen=True):
     scenario : Scenario
         The scenario as understood, defaults filled in.
     document : Document
-        The file as it was read, before anything was set over it.
+        The file as it was read, before overrides.
     stated_keys : frozenset of str
         Dotted paths of all keys and blocks that the file or an override gives; what is not in here is a
         default.
     overrides : tuple of str
-        What was set over the file, as ``path=value``, in the order of setting.
+        Values that replaced those of the file, as ``path=value``, in their order.
     place : ReadingPlace
-        Where the files that it names are.
+        Where the files that the scenario names are.
     """
 
     scenario: Scenario
@@ -90,11 +90,11 @@ class Loaded(Struct, frozen=True):
         return f"<Loaded {visible(self.document.name)}{visible(over)}>"
 
     def line_of(self, path: str) -> int | None:
-        """Line of a key of the file, None where the key was set over it."""
+        """Line of a key in the file; None where an override gives the key."""
         return None if self.is_set_over(path) else self.document.lines.get(path)
 
     def is_set_over(self, path: str) -> bool:
-        """Whether a key, or a block that it is in, was set over the file."""
+        """Whether an override gives a key, or a block that contains it."""
         return any(is_within(path, text.partition("=")[0].strip()) for text in self.overrides)
 
     @property
@@ -107,18 +107,18 @@ class Loaded(Struct, frozen=True):
 
 
 class LoadedMap(Struct, frozen=True):
-    """A validated map file: what is held, and what varies.
+    """A validated map file: the inputs that are constant, and those that vary.
 
     Attributes
     ----------
     scenario : Scenario
-        What is held; a parameter that varies has a value of its axis.
+        The scenario of the constant inputs; one that varies has a value of its axis.
     block : Map
         What varies.
     document : Document
-        The file as it was read; with what was set over it, the file that says the same.
+        The file as it was read or, with overrides, a file that says the same.
     overrides : tuple of str
-        What was set over the file.
+        Values that replaced those of the file, as ``path=value``.
     """
 
     scenario: Scenario
@@ -160,25 +160,30 @@ class LoadedMap(Struct, frozen=True):
 
 
 def load(source: Source, overrides: Overrides = (), allow_outside: bool = False) -> Loaded:
-    """Read a scenario from a file, or from standard input where `source` is "-", or take a mapping for one.
+    """Read and validate a scenario from a file, from standard input ("-") or from a mapping.
 
     Parameters
     ----------
     source : str, Path or mapping
-        The file; or the keys of a scenario as a file has them, ``{"schema_version": 1, "device": {...}, ...}``. The
-        lines in messages are then those of its text as JSON.
+        Path of the file, or the keys of a scenario: ``{"schema_version": 1, "device": {...}, ...}``. Lines in messages
+        are then those of its text as JSON.
     overrides : sequence of str, or mapping of str to object
-        Values set over those of the file: ``"device.length_m=0.7"``, or ``{"device.length_m": 0.7}``. A later
-        one wins; an empty value removes an optional key.
+        Values that replace those of the file: ``"device.length_m=0.7"``, or ``{"device.length_m": 0.7}``. The last
+        one counts; an empty value removes an optional key.
     allow_outside : bool
-        Whether the records that it names may be outside of its folder, wherever their paths and links lead.
+        Whether records that the scenario names may be outside of its folder.
+
+    Returns
+    -------
+    Loaded
+        The scenario, with the file and the overrides that it came from.
 
     Raises
     ------
     UsageError
         Where there is no such file, or it cannot be opened.
     ScenarioError
-        Where the scenario cannot be used.
+        Where the scenario cannot be used, with all its mistakes.
     """
     if isinstance(source, Mapping):
         return loads(yaml_of(source, indent=2), "<dict>", overrides, ReadingPlace(outside=allow_outside))
@@ -189,9 +194,30 @@ def load(source: Source, overrides: Overrides = (), allow_outside: bool = False)
 def loads(
     text: str | bytes, name: str = "<text>", overrides: Overrides = (), place: ReadingPlace | None = None
 ) -> Loaded:
-    """Read a scenario from text or UTF-8 bytes; `name` stands for the file in messages (see `load`).
+    """Read and validate a scenario from text or UTF-8 bytes.
 
-    The files that it names are looked for at `place`; by default in the folder of `name`.
+    Parameters
+    ----------
+    text : str or bytes
+        Content of a scenario file.
+    name : str
+        Name of the file, for messages.
+    overrides : sequence of str, or mapping of str to object
+        Values that replace those of the text, as in `load`.
+    place : ReadingPlace, optional
+        Where records that the scenario names are looked for; by default in the folder of `name`.
+
+    Returns
+    -------
+    Loaded
+        The scenario, with the text and the overrides that it came from.
+
+    Raises
+    ------
+    UsageError
+        For what is neither str nor bytes.
+    ScenarioError
+        Where the scenario cannot be used, with all its mistakes.
     """
     if not isinstance(text, str | bytes):
         raise UsageError(f"the text of a scenario cannot be of type {type(text).__name__} (allowed: str, bytes)")
@@ -238,7 +264,7 @@ def load_map(source: str | Path, overrides: Overrides = ()) -> LoadedMap:
 
 
 def loads_map(text: str | bytes, name: str = "<text>", overrides: Overrides = ()) -> LoadedMap:
-    """Read a map from text or UTF-8 bytes; `name` stands for the file in messages (see `load_map`)."""
+    """Read and validate a map file from text or UTF-8 bytes; `name` is its name in messages, see `load_map`."""
     document, texts = _block_of_keys(text, name), as_texts(overrides)
     if texts:
         document = apply(document, texts)

@@ -195,7 +195,7 @@ def _wrong_number(path: str, value: float, key: Schema) -> str:
     if isinstance(value, float) and "integer" in _kinds(key):
         return f"; write {value:.0f}" if value == int(value) else ", which is not a whole number"
     if path == "schema_version":
-        return ", a version that is not known here"
+        return ", a version that is not known to this program"
     low, above = key.get("minimum", -math.inf), key.get("exclusiveMinimum", -math.inf)
     if value <= 0 < max(low, above):
         return ", which is not positive"

@@ -78,9 +78,9 @@ class Special(NamedTuple):
     key : str
         Its path.
     plain : str
-        What is known without it.
+        Where blocks are available: "without friction".
     blocks : tuple of str
-        Blocks that know no other.
+        Blocks that are available there only.
     """
 
     key: str
@@ -94,23 +94,23 @@ class Special(NamedTuple):
 
     @property
     def alone(self) -> str:
-        """Message where the key stands beside a block that does not know it."""
-        return f"it knows {self.plain}, and {self.key} is given (leave one of them out)"
+        """Message where the key stands beside a block that it excludes."""
+        return f"it is available {self.plain} only, and {self.key} is given (leave one of them out)"
 
 
 SPECIAL = (
-    Special(FRICTION, "a ball without friction", ("motions", "measured", "tolerances", *SINE_ONLY)),
+    Special(FRICTION, "without friction", ("motions", "measured", "tolerances", *SINE_ONLY)),
     Special(
         EXPONENT,
-        "a restitution that does not fall with speed",
+        "for a constant restitution",
         ("sweep", "motions", "disturbances", "measured", "tolerances", *SINE_ONLY),
     ),
 )
-"""What is not known of a ball everywhere."""
+"""Keys of a ball that exclude blocks."""
 
 NOT_BOUNCING = {
-    "motions": "along a sweep of a restitution only 1:1 motions are known",
-    "accuracy": "it knows membranes that stay as they are",
+    "motions": "along a sweep of a restitution only 1:1 motions are computed",
+    "accuracy": "it is available for constant membranes only",
 }
 """Blocks that a sweep of a restitution does not have, and why."""
 
@@ -337,7 +337,7 @@ def _harmonics(tree: _Tree) -> Iterator[Finding]:
         if type(order) is int and order in orders[:k]:
             yield _rule(f"excitation.harmonics.{k}.order", f"order {order} is given already (each order once)")
     if any(isinstance(row, dict) and is_number(row.get("percent")) and row["percent"] > 0 for row in rows):
-        alone = f"it knows a force that is a sine alone, and {HARMONICS} is given (leave one of them out)"
+        alone = f"it is available for a sine force only, and {HARMONICS} is given (leave one of them out)"
         for path in SINE_ONLY:
             if not tree.absent(path) or path in tree.bare:
                 yield _rule(path, alone)
@@ -378,11 +378,11 @@ def _friction(tree: _Tree) -> Iterator[Finding]:
     if not (tree.number(FRICTION) or 0.0) > 0:
         return
     if tree.at("sweep") is not None and tree.swept is Parameter.INCLINATION:
-        reason = "along a sweep of the inclination, with which friction changes, motions are not known"
+        reason = "along a sweep of the inclination, with which friction changes, motions are not computed"
         yield _rule("sweep.parameter", f"{reason} (another parameter, or no {FRICTION})")
     for path in _RESTITUTION_PATHS:
         if tree.number(path) == 0:
-            yield _rule(path, f"got 0: a ball that does not bounce is known without friction only (no {FRICTION})")
+            yield _rule(path, f"got 0: a ball that does not bounce is computed without friction only (no {FRICTION})")
 
 
 def _falling(tree: _Tree) -> Iterator[Finding]:
@@ -399,9 +399,9 @@ def _falling(tree: _Tree) -> Iterator[Finding]:
         value = tree.number(path)
         if value is not None and not 0 < value < MOST_STATED:
             allowed = f"above 0 and below {MOST_STATED}, or no {EXPONENT}"
-            yield _rule(path, f"got {value:.12g}, which has no restitution that falls with speed ({allowed})")
+            yield _rule(path, f"got {value:.12g}, which cannot fall with speed ({allowed})")
     if tree.number(FRICTION):
-        yield _rule(FRICTION, f"got {tree.number(FRICTION):g}, which is not known together with {EXPONENT} (give one)")
+        yield _rule(FRICTION, f"got {tree.number(FRICTION):g}, which cannot be combined with {EXPONENT} (give one)")
     rows = tree.at("effects")
     for k, row in enumerate(rows if isinstance(rows, list) else []):
         if isinstance(row, dict) and row.get("effect") == LeftOut.RESTITUTION_SPEED:
@@ -465,7 +465,9 @@ def _bouncing_sweep(tree: _Tree) -> Iterator[Finding]:
     if (tree.number(FRICTION) or 0.0) > 0:
         for path, value in ends:
             if value == 0:
-                yield _rule(path, f"got 0: a ball that does not bounce is known without friction only (no {FRICTION})")
+                yield _rule(
+                    path, f"got 0: a ball that does not bounce is computed without friction only (no {FRICTION})"
+                )
     bottom, top = (tree.number(f"device.{name}") for name in RESTITUTIONS)
     if tree.swept is Parameter.RESTITUTION and bottom is not None and top is not None:
         half = abs(bottom - top) / 2
@@ -509,7 +511,7 @@ def _tolerances(tree: _Tree) -> Iterator[Finding]:
             if off is None or value is None:
                 continue
             if key != varied and value == 0:
-                yield _rule(path, f"per cent of {varied}: 0 are nothing (give {varied} here)")
+                yield _rule(path, f"a percentage of {varied}: 0 is nothing (give {varied} here)")
             width = off if key == varied else value * off / 100
             room = min(value - varied.limits[0], varied.limits[1] - value)
             if width > room and varied is not DesignInput.INCLINATION:
@@ -517,7 +519,7 @@ def _tolerances(tree: _Tree) -> Iterator[Finding]:
     others = {"distribution", "samples"}
     any_stated = isinstance(block, dict) and any(block[key] is not None for key in block.keys() - others)
     if "tolerances" in tree.bare or (isinstance(block, dict) and not any_stated):
-        yield _rule("tolerances", "there is none in it (give one, such as length_percent, or delete it)")
+        yield _rule("tolerances", "it has no tolerance (give one, such as length_percent, or delete it)")
     yield from _power_of_two("tolerances.samples", tree.at("tolerances.samples"))
 
 
@@ -536,10 +538,10 @@ def _starts(tree: _Tree) -> Iterator[Finding]:
         word, periods_of_start, value = (valid.get(key) for key in ("word", "periods", "value"))
         if isinstance(word, str) and len(word) > impacts:
             more = f"has {len(word)} impacts, and motions.impacts is {impacts:g}"
-            yield _rule(f"{path}.word", f"{more} (at most so many)")
+            yield _rule(f"{path}.word", f"{more} (not more than that)")
         if periods_of_start is not None and is_number(periods_of_start) and periods_of_start > periods:
             yield _rule(
-                f"{path}.periods", f"got {periods_of_start}, and motions.periods is {periods:g} (at most so many)"
+                f"{path}.periods", f"got {periods_of_start}, and motions.periods is {periods:g} (not more than that)"
             )
         yield from _off_the_sweep(tree, f"{path}.value", value)
 
@@ -560,7 +562,7 @@ def _measured(tree: _Tree) -> Iterator[Finding]:
             continue
         for key in ("value", "direction"):
             if row.get(key) not in (None, Approach.NONE) and tree.absent("sweep"):
-                yield _rule(f"{path}.{key}", "there is no sweep that it is of (add one, or leave this out)")
+                yield _rule(f"{path}.{key}", "there is no sweep to which it could belong (add one, or leave this out)")
         value = row.get("value") if f"{path}.value" not in tree.wrong else None
         yield from _off_the_sweep(tree, f"{path}.value", value)
         if row.get("force_maximum_error_s") is not None and row.get("force_maximum_s") is None:
@@ -592,7 +594,9 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
             if exponent is None and f"{path}.exponent" not in tree.wrong:
                 yield _rule(path, f"{effect} needs an exponent (exponent, below 0)")
         elif effect not in EFFECTS:
-            yield _rule(f"{path}.effect", f"{effect} is looked at wherever it matters (one of {', '.join(EFFECTS)})")
+            yield _rule(
+                f"{path}.effect", f"{effect} is always considered where it matters (one of {', '.join(EFFECTS)})"
+            )
         elif effect not in SIZED:
             if size is not None:
                 yield _rule(f"{path}.percent", f"{effect} has no size (leave it out)")
@@ -609,7 +613,7 @@ def _effects(tree: _Tree) -> Iterator[Finding]:
             restitution = tree.number("device.restitution")
             value = tree.number(f"device.{effect}") if restitution is None else restitution
             if value == 0:
-                yield _rule(f"{path}.percent", f"per cent of {effect}: 0 are nothing (leave it out)")
+                yield _rule(f"{path}.percent", f"a percentage of {effect}: 0 is nothing (leave it out)")
             if value is not None and value * (1 + size / 100) >= 1:
                 yield _rule(f"{path}.percent", f"makes {effect} {value * (1 + size / 100):.12g} (below 1)")
     if rows is not None and tree.swept is not None and tree.at("sweep") is not None and tree.no_design:
@@ -644,7 +648,7 @@ def _at_design(tree: _Tree, stated: dict[str, str]) -> Iterator[Finding]:
         if key in stated and tree.no_design:
             yield _rule(
                 stated[key],
-                f"the design point that it is judged at is not given (give {tree.swept.path}, or leave this out)",
+                f"the design point at which it is judged is not given (give {tree.swept.path}, or leave this out)",
             )
 
 

@@ -340,7 +340,7 @@ def _without(special: Special) -> Precondition:
     """That the ball is not special in one way."""
     return Precondition(
         lambda scenario, _: not getattr(scenario.device, special.name),
-        f"it knows {special.plain}, and {special.key} is given",
+        f"it is available {special.plain} only, and {special.key} is given",
     )
 
 
@@ -633,7 +633,7 @@ def plan(scenario: Scenario, formats: Iterable[str] = FORMATS) -> Plan:
 
 
 def refuse_special(scenario: Scenario, what: str) -> None:
-    """Refuse a scenario for what knows a sine and a plain ball alone, before anything is computed.
+    """Refuse a scenario for what is available for a sine and a plain ball only, before anything is computed.
 
     Raises
     ------
@@ -642,12 +642,13 @@ def refuse_special(scenario: Scenario, what: str) -> None:
     """
     if scenario.excitation.distorted:
         raise UsageError(
-            f"{what} knows a force that is a sine alone, and excitation.harmonics is given (leave one of them out)"
+            f"{what} is available for a sine force only, and excitation.harmonics is given (leave one of them out)"
         )
     for special in SPECIAL:
         if getattr(scenario.device, special.name):
             raise UsageError(
-                f"{what} knows {special.plain}, and {special.key} is given (leave one of them out, or give 0)"
+                f"{what} is available {special.plain} only, and {special.key} is given "
+                "(leave one of them out, or give 0)"
             )
 
 

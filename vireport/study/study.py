@@ -84,19 +84,20 @@ if TYPE_CHECKING:
 
 
 class Study(Struct, frozen=True, eq=False, dict=True):
-    """The results of one scenario; what its plan leaves out is None or empty.
+    """All results of one scenario; what its plan leaves out is None or empty.
 
     Attributes
     ----------
     loaded : Loaded
         The scenario and where it came from.
     plan : Plan
+        The steps of the run, and why others are left out.
     solution : Solution
-        What the analytic theory says.
+        Results of the analytic theory: motions, critical points, stable ranges and the design point.
     crosscheck : CrossCheck or None
-        What the simulation found.
+        Results of the simulation; None without a `simulation:` block.
     attractors_from_rest : tuple of AttractorFromRest
-        What a ball from rest comes to at values along the sweep, where it is drawn or families are followed.
+        What a ball from rest comes to at values along the sweep, where figures or families need it.
     atlas : Atlas or None
         The families of motions of other impact sequences.
     own_stiffness : OwnStiffness or None
@@ -104,13 +105,13 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     criteria : tuple of Criterion
         What the scenario requires, and whether it is met; () where nothing is required.
     switched_on : SwitchedOn or None
-        What the device does when it is switched on, and how fast it recovers.
+        What the device does when it is switched on, and how fast small disturbances die out.
     effects : Shifts or None
-        How far the nearest end of stable motion would move by what the model leaves out.
+        How far neglected effects would move the nearest end of stable motion.
     measured : tuple of MeasuredAt
-        What the records of measured impacts show; () where there are none.
+        Motions shown by records of measured impacts; () without records.
     findings : mapping of str to object
-        What each addition to the study found, by its name, which is also that of an attribute.
+        Results of each addition to the study by its name, which is also an attribute of the study.
     """
 
     loaded: Loaded
@@ -129,19 +130,19 @@ class Study(Struct, frozen=True, eq=False, dict=True):
     if not TYPE_CHECKING:  # so that a checker of types takes no name for any attribute
 
         def __getattr__(self, name: str) -> Any:
-            """What the addition of that name found, None where nothing was looked for."""
+            """Results of the addition of that name; None where it was not asked for."""
             if name in findings():
                 return self.findings.get(name)
             raise AttributeError(f"a Study has no attribute {name!r}")
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario as understood."""
+        """The scenario as understood, with defaults filled in."""
         return self.loaded.scenario
 
     @cached_property
     def evidence(self) -> Evidence:
-        """What the scenario is judged by."""
+        """The results by which alerts, requirements and the verdict judge the scenario."""
         return Evidence(
             self.solution,
             crosscheck=self.crosscheck,
@@ -155,12 +156,12 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def alerts(self) -> tuple[Alert, ...]:
-        """What a reader must know before acting on the numbers."""
+        """The alerts, gravest first: what must be known before acting on the numbers."""
         return alerts(self.evidence)
 
     @cached_property
     def verdict(self) -> Verdict:
-        """The answers and criteria that the study comes to."""
+        """The verdict as data: the conclusion, and an answer with its status to each question."""
         from vireport.study.judging.verdict import verdict_of
 
         return verdict_of(self.evidence)
@@ -194,13 +195,13 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def coexisting(self) -> tuple[Coexisting, ...]:
-        """The motions found along a sweep that was gone through slowly, and where; () where it was not."""
+        """The motions found along a slow sweep, with their ranges; () without one."""
         from vireport.study.coexistence import coexisting
 
         return coexisting(self.crosscheck, self.atlas) if self.crosscheck is not None else ()
 
     def ending(self, jump: Jump) -> Point | None:
-        """Where the motion before a jump ceases to be stable, within the distance of two values, if that is known."""
+        """The critical point at which the motion before a jump ends; None if none is known within two steps."""
         from vireport.study.coexistence import ends_at
 
         check = self.crosscheck
@@ -208,7 +209,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def measured_hysteresis(self) -> tuple[Branching, ...]:
-        """The values at which the measured motion depended on the direction; () where nothing was measured."""
+        """Values of the swept input at which the measured motion depended on the direction; () without records."""
         if not self.measured:
             return ()
         from vireport.study.measured import hysteresis
@@ -217,7 +218,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def reproduction(self) -> Reproduction | None:
-        """The stable motion found again by the simulation, in milliseconds; None where there is none, or no page."""
+        """Comparison of the stable motion with a short simulation; None without such a motion, or without a page."""
         if not self.plan.runs(Task.REPRODUCTION):
             return None
         from vireport.study.checks.reproduction import reproduce
@@ -225,12 +226,12 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return reproduce(self.solution)
 
     def results(self, printed: bool = False) -> Results:
-        """The results as records: results.json without its provenance.
+        """Give the results as records, those of results.json without its provenance.
 
         Parameters
         ----------
         printed : bool
-            Whether of the families only those are wanted that pages show, see `Atlas.printed_families`.
+            Whether to include only the families that pages show, `Atlas.printed_families`.
         """
         solution, scenario = self.solution, self.scenario
         results = replace(
@@ -262,7 +263,7 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         )
 
     def to_dict(self, printed: bool = False) -> dict[str, Any]:
-        """The results as plain data, see `results`."""
+        """Give results.json as plain data, without its provenance; `printed` is that of `results`."""
         data: dict[str, Any] = plain(blocks_of(self.results(printed)))
         return data
 
@@ -280,9 +281,9 @@ class Study(Struct, frozen=True, eq=False, dict=True):
         return {key: data for block in added for key, data in block.items()}
 
     def rows(self) -> list[MotionRow]:
-        """Every motion of every branch, and impact of the families, by the names of branches.csv; for a data frame.
+        """Give the rows of branches.csv, for a data frame: every motion of the branches, every impact of the families.
 
-        Where nothing is swept, every motion of the design point.
+        Without a sweep, the rows are the motions of the design point.
         """
         return [*motion_rows(self.solution), *family_motions(self.atlas, self.solution.membrane)]
 
@@ -324,7 +325,27 @@ def require_study(value: object) -> None:
 
 
 def results(study: Study, provenance: Provenance, printed: bool = False) -> dict[str, Any]:
-    """The results of a study as plain data, ready for JSON, with where they come from; `printed` as `Study.to_dict`."""
+    """Give the results of a study as plain data, ready for JSON, with their provenance.
+
+    Parameters
+    ----------
+    study : Study
+        From `analyse`.
+    provenance : Provenance
+        What made the results.
+    printed : bool
+        Whether to include only the families that pages show.
+
+    Returns
+    -------
+    dict
+        Content of results.json.
+
+    Raises
+    ------
+    UsageError
+        If `study` is not a Study.
+    """
     require_study(study)
     return {**study.to_dict(printed), "provenance": plain(provenance)}
 
@@ -348,23 +369,28 @@ def sweep_of(scenario: Scenario) -> Sweep | None:
 
 
 def analyse(source: Loaded | Source, formats: Iterable[str] = FORMATS, progress: Progress | None = None) -> Study:
-    """Solve a scenario: motions, admissibility, stability, critical points, voltages, simulation, as its plan says.
+    """Solve a scenario: its motions, their stability and voltages, critical points, margins, and its simulation.
 
     Parameters
     ----------
     source : Loaded, str, Path or mapping
-        From `load`, or what it reads: the file, or the scenario as a mapping.
+        Result of `load`, or its input: the path of a file, or the scenario as a mapping.
     formats : iterable of str
-        Outputs that are wanted, among `plan.FORMATS`.
+        Formats that are to be written, such as ``("json",)``: steps that none of them needs are left out.
     progress : callable, optional
-        Called with each long step as it begins.
+        Called with the name of each long step as it begins.
+
+    Returns
+    -------
+    Study
+        All results.
 
     Raises
     ------
     UsageError, ScenarioError
         If the file cannot be read, or the scenario in it cannot be used.
     NumericalError
-        If the scenario is outside the theory (restitution 1), or a point cannot be computed to its error bound.
+        If the scenario is outside the theory, such as a restitution of 1, or an iteration does not converge.
     """
     if isinstance(source, Study):
         raise UsageError("this Study is solved already (use it as it is; analyse(study.loaded) solves it again)")

@@ -15,7 +15,9 @@ TERMS = {
     "design point": "The device as the scenario gives it, with one value for every input.",
     "stable range": "The values of the swept input over which there is an admissible stable 1:1 motion.",
     "margin": "How far an input may go from the design point until the first critical point at which the stable motion "
-    "ends, or another takes over, as a share of its value, every other input as it is.",
+    "ends, or another takes over, as a share of its value, with every other input unchanged.",
+    "margin to use": "The least margin that rigid impacts, soft membranes and neglected effects leave: by how much an "
+    "input may be off before the motion ends.",
     "critical point": "A value of the swept input at which motions appear, vanish, or change their type: node to focus "
     "(A), period doubling (B), fold or pitchfork (C), grazing (G).",
     "multiplier": "The factor by which a small disturbance grows or shrinks in one period of the motion. The motion is "
@@ -40,12 +42,14 @@ TERMS = {
     "exponentially.",
     "reached from rest": "The device comes to the motion when it is switched on with the ball at rest on the bottom "
     "membrane.",
+    "basin": "All states from which the device comes to a motion. Each stable motion has its own.",
+    "hysteresis": "The motion at a value of an input depends on whether the input came to it from below or from above.",
     "rest cycle": "A motion in which the ball lies on the bottom membrane again and again, and repeats all from there.",
     "recovery": "The forcing periods until 1 % of a small disturbance is left.",
     "least shock": "The smallest jump of the relative velocity found, at any moment of the period, after which the "
     "device goes to another motion.",
     "jitter": "The spread of phases, velocities and voltages under small random kicks at the impacts.",
-    "restitution": "The velocity of the ball relative to the capsule after an impact over that before it, r.",
+    "restitution": "The ratio r of the ball's speed relative to the capsule after an impact to that before it.",
     "d": "The dimensionless length s M omega^2/(F pi^2): the distance s between the membranes in the unit of length "
     "that the capsule's mass M, the force F and its angular frequency omega make.",
     "gbar": "The dimensionless gravity M g sin(beta)/F: gravity along the capsule over the force's acceleration.",

@@ -89,7 +89,7 @@ def test_no_verdict_on_a_record_in_another_unit_is_good(tmp_path: Path, newton: 
     assert [alert.code for alert in study.alerts if alert.code == "VR018"] == ["VR018"] * doubted
     assert [own["kind"] for own in study.to_dict()["driven"]["findings"]] == ["factor"] * doubted
     assert main(["run", str(path), "--format", "csv", "-o", str(tmp_path / "out")]) == 0
-    assert ("it fits times 9.81, as an acceleration in g would." in capsys.readouterr().out) is doubted
+    assert ("multiplied by 9.81 it fits, as an acceleration in g would." in capsys.readouterr().out) is doubted
 
 
 def test_counts_and_rates_are_those_of_the_impacts(tmp_path: Path) -> None:

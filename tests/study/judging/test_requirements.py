@@ -452,11 +452,11 @@ def test_a_cross_check_is_required_and_puts_the_rest_in_doubt() -> None:
     assert not volt.passed
     assert str(volt.outcome.why) == "the simulation does not agree with the solution"
     assert not check.passed
-    assert str(check.outcome.why) == "8 of 9 stable orbits found again"
+    assert str(check.outcome.why) == "8 of 9 stable motions found again"
     volt, check = assess(loaded, Evidence(study.solution, crosscheck(orbits=0)))
     assert volt.passed
     assert not check.passed
-    assert "no stable orbit" in str(check.outcome.why)
+    assert "no stable motion" in str(check.outcome.why)
 
 
 def test_results_and_verdict_say_what_is_not_met() -> None:
@@ -542,7 +542,7 @@ def test_a_word_that_is_stable_but_not_reached_from_rest_is_not_met() -> None:
     share = sum(
         each.share for each in study.outcomes.attracting.motions if each.motion.word.canonical().letters == "BBT"
     )
-    assert f"to BBT come {100 * share:.2g} % of 2000 random starts" in str(line.outcome.why)
+    assert f"{100 * share:.2g} % of 2000 random starts come to BBT" in str(line.outcome.why)
     assert 0 < share < 0.5
 
 

@@ -1,4 +1,4 @@
-"""What error against run time adds to the keys of a scenario: the block `accuracy`."""
+"""Keys of a scenario for error against run time: the block `accuracy`."""
 
 from vireport.scenario.keys import Block, WhenGiven, key
 

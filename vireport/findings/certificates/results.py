@@ -1,4 +1,4 @@
-"""What is proved of a critical point as a record of results.json."""
+"""The proof of a critical point as a record of results.json."""
 
 from __future__ import annotations
 

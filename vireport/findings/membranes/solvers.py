@@ -1,4 +1,4 @@
-"""The equation with compliant membranes over one period in one go, by the solvers an engineer would take off the shelf.
+"""The equation with compliant membranes over one period in one go, by common solvers of SciPy and one of fixed steps.
 
 Nothing is split at the contacts: the solver comes upon the membranes as it goes. A ladder of solvers and settings is
 judged by one function: each run starts and ends on the accurate motion, so that its error is known. A solver that gives

@@ -120,7 +120,7 @@ class Jitter(Struct, frozen=True, eq=False):
 
 
 class NoJitter(Struct, frozen=True):
-    """The refusal of a figure that would be wrong.
+    """The reason why no jitter is given, instead of numbers that would be wrong.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What outcomes add to the keys of a scenario: the block `disturbances`, and what is required of shocks and kicks."""
+"""Keys of a scenario for disturbances: the block `disturbances`, and requirements on shocks and kicks."""
 
 from typing import Annotated
 

@@ -140,7 +140,7 @@ def outcomes_along(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ..
 
 
 def with_shocks(outcomes: Outcomes, study: Study, shocks: bool) -> Outcomes:
-    """Add what the stable 1:1 motions withstand, the least shock where it is asked for."""
+    """Add the least shock that the stable 1:1 motions withstand, where it is asked for."""
     from vireport.findings.outcomes.withstood import withstood_by
 
     block = block_of(study.scenario, "disturbances", DisturbancesBlock)

@@ -281,18 +281,18 @@ class ProvedRegion(Struct, frozen=True, eq=False):
 
 
 class Rechecked(Struct, frozen=True):
-    """The result of going through a proof once more.
+    """What the proofs of a results.json prove, verified again.
 
     Attributes
     ----------
     from_rest : bool
-        Whether the ball from rest is proved to come into one of the regions.
+        Whether the ball is proved to come into one of the regions when the device is switched on from rest.
     proved_m_s : float
-        Jump of the relative velocity up to which every one dies out [m/s], rounded down; 0 where none is.
+        Size up to which every jump of the relative velocity dies out [m/s], rounded down; 0 without a proof.
     shares : tuple of float
-        Of the section of impacts, that come to each motion of which a share was claimed.
+        Share of the section of impacts that comes to each motion [1], a lower bound.
     switch_on : tuple of float
-        The same of the moments at which the force may set in.
+        Share of the moments of switching on that leads to each motion [1], a lower bound.
     """
 
     from_rest: bool

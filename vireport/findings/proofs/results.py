@@ -198,12 +198,17 @@ def _region(trap: Trap) -> RegionData:
 
 
 def recheck_disturbances(data: Mapping[str, Any]) -> Rechecked:
-    """Go once more through the proofs of what comes to the motion, from rest as well, and which shocks it survives.
+    """Verify the proofs of `disturbances.prove`: what reaches the motion, also from rest, and which shocks die out.
 
     Parameters
     ----------
     data : mapping
-        The content of a results.json. Of its regions and cells only what they claim is believed to be claimed.
+        Content of a results.json. Nothing that it claims of regions and cells is taken for granted.
+
+    Returns
+    -------
+    Rechecked
+        What is proved: `from_rest`, `proved_m_s` [m/s], `shares` and `switch_on` [1].
 
     Raises
     ------

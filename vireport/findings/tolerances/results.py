@@ -191,17 +191,17 @@ def worst_scenario(scenario: Scenario, worst: Failure) -> str:
 
 
 def recheck(data: Mapping[str, object]) -> float:
-    """Go through the boxes of a proof over tolerances once more, from results alone.
+    """Verify the proof that every device within the tolerances has stable motion, from results alone.
 
     Parameters
     ----------
     data : mapping
-        The content of a results.json.
+        Content of a results.json.
 
     Returns
     -------
     float
-        Share of the volume that is proved, 1 where every device within the tolerances is.
+        Share of the volume in (d, gbar, r) that is proved [1]; 1 if that is every device within the tolerances.
 
     Raises
     ------

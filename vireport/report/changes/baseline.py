@@ -58,22 +58,27 @@ def require_comparable(baseline: object, name: str) -> None:
 def diff(
     baseline: Mapping[str, object], study: Study | Mapping[str, object], relative: float = RELATIVE
 ) -> tuple[ComparisonRow, ...]:
-    """What changed beyond tolerance since a baseline: rows with the value before and the value now.
+    """List what has changed since the results of an earlier run, beyond a tolerance.
 
     Parameters
     ----------
     baseline : mapping
-        results.json of an earlier run, as data.
+        Content of the results.json of an earlier run.
     study : Study or mapping
-        Of the scenario as it is now; or results.json of another run, as data.
+        Study of the present scenario, or content of another results.json.
     relative : float
-        Relative difference up to which two numbers are the same; error bounds are added to it.
+        Relative difference up to which two numbers count as equal [1]; their error bounds are added to it.
+
+    Returns
+    -------
+    tuple of ComparisonRow
+        The changes, each with `quantity`, `before`, `after`, `change` and `sentence`.
 
     Raises
     ------
     UsageError
         Where the baseline is no results.json, lacks something that is compared, or has a number that is not finite;
-        and where the tolerance is none.
+        and for a tolerance that is no positive number.
     """
     if not 0 <= relative < inf:
         raise UsageError(f"tolerance: got {relative} (a relative difference from 0, and finite)")

@@ -300,7 +300,7 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
 
 
 def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[float, float]], list[Miss]]:
-    """Simulate from beside each stable orbit: differences of velocity and phase, and orbits not found again."""
+    """Simulate from next to each stable motion: differences of velocity and phase, and motions not found again."""
     differences, misses = [], []
     for i in np.nonzero(motions.stable_mask)[0]:
         # From beside the motion: started on it, an unstable one would be confirmed as well, as long as rounding keeps
