@@ -31,6 +31,7 @@ from vireport.scenario.json_schema import init_text, schema
 from vireport.scenario.loading import loads_map
 from vireport.study.provenance import provenance_of
 from vireport.text.alerts import AlertCode
+from vireport.text.folders import ROOTS
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
@@ -291,6 +292,15 @@ def test_every_key_of_a_scenario_is_documented() -> None:
 def test_every_block_of_the_results_is_documented(study_of) -> None:
     study = study_of("inclined")
     assert set(results(study, provenance_of(study.loaded, ""))) <= named("results.md")
+
+
+def test_every_template_and_name_of_a_report_is_described() -> None:
+    page = text_of(ROOT / "docs" / "templates.md")
+    files = {file.relative_to(root).as_posix() for root in ROOTS for file in root.glob("**/[a-z]*.j2")}
+    assert set(re.findall(r"^\| `(\S+\.j2)` \| [A-Z].+ \|$", page, re.MULTILINE)) == files - {"bench/page.html.j2"}
+    for name in ("study", "say(words, macro, values)", "at_design()", "nearest", "regions()", "cells()", "ranking()"):
+        assert re.search(rf"^\| `{re.escape(name)}` \| [A-Z].+ \|$", page, re.MULTILINE), name
+    assert not re.search(r"^\| `_|^\| `\S+` \| +\|$", page, re.MULTILINE)
 
 
 def test_a_key_of_the_results_that_nothing_describes_is_a_mistake() -> None:

@@ -41,7 +41,7 @@ class Asked(Struct, frozen=True):
     Attributes
     ----------
     state : dict
-        What is set over the scenario, by paths.
+        Values that replace those of the scenario, by their paths.
     page : str
         Which page asks, where there may be several.
     axes, ranges

@@ -1,4 +1,4 @@
-"""A scenario on the bench: the file as it was opened, and what the hand has set over it."""
+"""A scenario on the bench: the file as it was opened, and the values that were changed by hand."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ NAME = re.compile(r"\w[\w .-]{0,59}")
 """What a file that is saved may be called, without its ending."""
 
 State = Mapping[str, Any]
-"""What is set over the file on a page: values by their paths, None for a key that is taken away."""
+"""Values changed on a page, by their paths; None for a key that is removed."""
 
 
 class Opened(Struct, frozen=True):
@@ -51,7 +51,7 @@ class Opened(Struct, frozen=True):
     text, name : str
         The file.
     overrides : tuple of str
-        What is set over it before the page does, as ``path=value``.
+        Overrides before any change on the page, as ``path=value``.
     notes : tuple of str
         What of it is left out on the bench, and which command does it.
     stated_keys : frozenset of str
@@ -68,7 +68,7 @@ class Opened(Struct, frozen=True):
     place: ReadingPlace
 
     def over(self, state: State) -> tuple[str, ...]:
-        """All that is set over the file where a page has a state.
+        """All overrides of the file in a state of the page.
 
         A block of which every key is taken away goes as a whole: an empty one would be a mistake.
         """
@@ -89,7 +89,7 @@ def opened(source: str | Path | Loaded, overrides: tuple[str, ...] = (), allow_o
     source : str, Path or Loaded
         The file, or what was loaded of it.
     overrides : tuple of str
-        Set over a file, as ``path=value``.
+        Overrides of a file, as ``path=value``.
     allow_outside : bool
         Whether records that a file names may be outside of its folder.
 

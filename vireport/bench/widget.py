@@ -35,7 +35,7 @@ class BenchWidget(anywidget.AnyWidget):
     Attributes
     ----------
     state : dict
-        What is set over the scenario, values by their paths.
+        Values that replace those of the scenario, by their paths.
     """
 
     _esm = one_module()

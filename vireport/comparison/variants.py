@@ -132,7 +132,7 @@ def _split(text: str) -> list[str]:
 
 
 def _variant(item: Item, over: tuple[str, ...], extra: tuple[str, ...], allow_outside: bool) -> Variant:
-    """Load an item with what is set over it; a study stays solved where nothing is."""
+    """Load an item with its overrides; a study without overrides stays solved."""
     if not isinstance(item, Loaded | Study):
         return Variant("", load(item, (*over, *extra), allow_outside))
     loaded = item.loaded if isinstance(item, Study) else item
@@ -202,7 +202,7 @@ def _joined(*parts: str) -> str:
 
 
 def _default_names(loaded: Sequence[Variant], words: Sequence[str]) -> list[str]:
-    """Name files without their suffix and variants by their values; files that agree, by what is set over them too."""
+    """Name files without their suffix and variants by their values; files that agree, by their overrides too."""
     files = [variant.loaded.document.name for variant in loaded]
     stems = [name.strip("<>") if name.startswith("<") else Path(name).stem or name for name in files]
     names = [_joined(stem, values) for stem, values in zip(stems, words, strict=True)]

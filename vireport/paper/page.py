@@ -56,7 +56,7 @@ class PaperReport(Struct, frozen=True, eq=False):
 
     @property
     def overrides(self) -> tuple[str, ...]:
-        """What was set over the paper's scenarios."""
+        """Values that replaced those of the paper's scenarios, as ``path=value``."""
         return self.paper.overrides
 
     def numbers(self) -> tuple[str | Table, ...]:

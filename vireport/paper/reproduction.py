@@ -55,7 +55,7 @@ class ReproducedPaper(Struct, frozen=True, eq=False):
     displacements : tuple of Portrait
         Those of Fig. 6, of which the second is printed without its values.
     overrides : tuple of str
-        What was set over the paper's scenarios.
+        Values that replaced those of the paper's scenarios, as ``path=value``.
     """
 
     studies: tuple[Study, ...]
@@ -114,7 +114,7 @@ def reproduce_paper(overrides: Sequence[str] = (), say: Progress = lambda what: 
     Parameters
     ----------
     overrides : sequence of str
-        Values to be set over all three scenarios, as ``path=value``.
+        Values that replace those of all three scenarios, as ``path=value``.
     say : callable
         Told each long step as it begins.
 
@@ -140,7 +140,7 @@ def reproduce_paper(overrides: Sequence[str] = (), say: Progress = lambda what: 
 
 
 def _scenario(case: PaperCase, overrides: tuple[str, ...]) -> Loaded:
-    """One of the paper's scenarios with what is set over it: anything but another kind of device or sweep."""
+    """One of the paper's scenarios with overrides, which change neither the kind of device nor the sweep."""
     loaded = load(EXAMPLES / FILES[case.name], overrides)
     refuse_special(loaded.scenario, "vireport paper")
     sweep = loaded.scenario.sweep

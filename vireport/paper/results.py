@@ -69,7 +69,7 @@ class PaperData(ResultsBlock, frozen=True, kw_only=True):
     Attributes
     ----------
     overrides
-        what was set over the paper's scenarios
+        values that replaced those of the paper's scenarios, as `path=value`
     confirmed, misprints, not_printed
         how many results agree with the print, differ from it, and have no number there
     numbers

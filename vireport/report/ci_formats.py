@@ -70,7 +70,7 @@ def github(study: Study) -> str:
 
 
 def _place(study: Study, line: int | None) -> dict[str, str]:
-    """File and line, as far as there are any: standard input has no file, what was set over a file no line."""
+    """File and line, as far as there are any: standard input has no file, an override no line."""
     name = study.loaded.document.name
     if name.startswith("<"):
         return {}

@@ -185,7 +185,7 @@ def made_with(provenance: Provenance, overrides: Sequence[str] | None, templates
     ----------
     provenance : Provenance
     overrides : sequence of str or None
-        What was set over the scenario; None where there are several, whose hashes stand above.
+        Values that replaced those of the scenario; None for several scenarios, whose hashes stand above.
     templates : Path, optional
         A folder whose words come before the package's own.
     """

@@ -38,7 +38,7 @@ class Earlier(Struct, frozen=True):
     name : str
         Of the scenario file.
     overrides : tuple of str
-        What was set over it, as ``path=value``.
+        Values that replaced those of its scenario, as ``path=value``.
     results : mapping
         results.json, as data.
     """
@@ -110,7 +110,7 @@ def read_earlier(path: str) -> Earlier:
         raise UsageError(f"{file}: is no results.json (a block of keys)")
     origin = results.get("provenance")
     name = origin.get("scenario_name") if isinstance(origin, dict) else None
-    # What was set over the scenario is in it already.
+    # Overrides are in the scenario already.
     return Earlier(path, json_text(results.get("scenario")), visible(str(name or "scenario")), (), results)
 
 

@@ -35,18 +35,18 @@ PAGES, DRAWINGS = ("jinja2", "typst"), ("matplotlib",)
 
 
 class Provenance(ResultsBlock, frozen=True):
-    """What made the results, of what.
+    """What made the results: versions, scenario and command.
 
     Attributes
     ----------
     version, python
         versions of vireport and of Python
     scenario_name, scenario_sha256
-        the scenario's file without its folder, and the digest of the file and of what was set over it
+        name of the scenario's file without its folder, and the SHA-256 of the file and of the overrides
     libraries
         versions of the libraries that the results depend on, by their names
     command
-        that gives these results again
+        the command that gives these results again
     timestamp
         ISO 8601, of `SOURCE_DATE_EPOCH`; null where that is not set
     """

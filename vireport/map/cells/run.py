@@ -49,7 +49,7 @@ def run_map(
     output : MapOutput, optional
         What of it is written.
     overrides : sequence of str, or mapping of str to object
-        Values set over those of the file, as in `load`.
+        Values that replace those of the file, as in `load`.
 
     Raises
     ------

@@ -106,8 +106,8 @@ class Judgement(Struct, frozen=True, eq=False):
 class Criterion(Struct, frozen=True, eq=False):
     """A line of the acceptance table.
 
-    `key` is the first where two belong together; `question` whose answer in the verdict it is held beside; `line` that
-    in the scenario's file, None where the limit was set over the file, or is the usual one.
+    `key` is the first of two that belong together, and `question` that of the verdict to which it belongs. `line` is
+    that of the scenario's file; None where an override gives the limit, or it is the usual one.
     """
 
     key: str

@@ -106,7 +106,7 @@ class OfMotions(Struct, frozen=True, eq=False):
 class OfShaker(Struct, frozen=True, eq=False):
     """What the shaker must do: a number that grows with the force and falls with mass and frequency, if it changes.
 
-    Of a free capsule it hangs on the ball's mass, the length and the inclination as well, and need not be monotonic.
+    Of a free capsule it depends on the ball's mass, the length and the inclination as well, and need not be monotonic.
 
     Attributes
     ----------
