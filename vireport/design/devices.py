@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vireport.motions.orbits import Orbits
 from vireport.motions.pointwise import find_motions
 from vireport.physics.device import RESTITUTIONS, Device
-from vireport.physics.groups import Restitutions, by_wall, map_restitution
+from vireport.physics.groups import Restitution, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import Arithmetic, magnitude
 from vireport.scenario.blocks import Distribution
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -94,7 +94,7 @@ def devices_off(device: Device, half_widths: Mapping[DesignInput, Any], steps: F
     return replace(device.with_values(changed), restitution=restitution)
 
 
-def _moved(restitution: Any, varied: DesignInput, off: Arithmetic) -> Any:
+def _moved(restitution: Restitution, varied: DesignInput, off: Arithmetic) -> Any:
     """A restitution that differs by `off` at both membranes or at one."""
     if varied is DesignInput.RESTITUTION:
         return map_restitution(restitution, lambda r: r + off)

@@ -24,7 +24,7 @@ from vireport.motions.paths import Curve, PathPoint, follow
 from vireport.motions.periodicity import Variation
 from vireport.motions.switching import Limits, neighbours, off
 from vireport.physics.device import FINEST_D, NO_GRAVITY, RESTITUTIONS, Device
-from vireport.physics.groups import Groups, Restitutions, SpeedLaw, map_restitution, stated
+from vireport.physics.groups import Groups, Restitution, Restitutions, SpeedLaw, map_restitution, stated
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS, Arithmetic, DecimalOps, DoubleOps
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -183,7 +183,7 @@ class LineModel(Struct, frozen=True, eq=False):
         return np.array(slopes)[:, None]
 
 
-def _counted(r: Any, grown: Arithmetic) -> Any:
+def _counted(r: Restitution | SpeedLaw, grown: Arithmetic) -> Any:
     """A restitution in a unit of velocity, F/(2 M f), that is so many times smaller: a law states its speed in it."""
     return replace(r, speed=r.speed * grown) if isinstance(r, SpeedLaw) else r
 

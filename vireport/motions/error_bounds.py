@@ -35,7 +35,7 @@ from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Held, Level, Sweep
 from vireport.physics.device import GROUP_ERROR
 from vireport.physics.forcing import Harmonic
-from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
+from vireport.physics.groups import Groups, Restitution, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import (
     FUNCTION,
     ROUNDED,
@@ -150,7 +150,7 @@ def _one_to_one_bounds(sweep: Sweep, m: Motions, solved: tuple[Floats, Floats] |
     }
 
 
-def _determinant_bounds(level: Level, r: Any, m: Motions) -> Floats:
+def _determinant_bounds(level: Level, r: Restitution, m: Motions) -> Floats:
     """Bounds of det DP: its rounding and, where r is not exactly that of the scenario, the error of r."""
     rounding = 4 * UNIT * m.determinant
     # A fourth power underflows where the restitution itself is far from it.
@@ -172,7 +172,7 @@ def _unless_lost(bound: Floats, stored: Floats) -> Floats:
     return np.where(bound > np.maximum(np.abs(stored), 1.0), np.inf, bound)
 
 
-def _enclosed_restitution(restitution: Any) -> Any:
+def _enclosed_restitution(restitution: Restitution) -> Any:
     """Restitutions with their errors: none for those of the scenario, a rounding for those that follow from a law."""
     if not isinstance(restitution, Restitutions) or type(restitution.slope) is int:
         return map_restitution(restitution, Rounded)

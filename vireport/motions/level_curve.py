@@ -31,7 +31,7 @@ from vireport.motions.stability import discriminant, lap_decay, return_trace
 from vireport.motions.sweep import Level, Sweep
 from vireport.physics.device import FINEST_D
 from vireport.physics.forcing import SINE, Harmonic
-from vireport.physics.groups import by_wall
+from vireport.physics.groups import Restitution, by_wall
 from vireport.scenario.parameters import Parameter
 
 Floats = NDArray[np.float64]
@@ -265,7 +265,7 @@ def curve_of(sweep: Sweep) -> LevelCurve:
     return LevelCurve(sweep, plane, strands, (max(low, min(device.finest(FINEST_D), high / 2)), min(high, largest[0])))
 
 
-def largest_with_friction(largest: tuple[float, float], friction: float, r: Any, n: int) -> tuple[float, float]:
+def largest_with_friction(largest: tuple[float, float], friction: float, r: Restitution, n: int) -> tuple[float, float]:
     """Largest d and gbar of any motion with friction.
 
     Parameters

@@ -35,7 +35,7 @@ from msgspec.structs import replace
 from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.forcing import Harmonic, Wave, wave
-from vireport.physics.groups import Restitutions, by_wall, map_restitution
+from vireport.physics.groups import Restitution, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import ARRAYS, Arithmetic, Functions
 
 
@@ -67,7 +67,7 @@ class Coefficients(Struct, frozen=True, eq=False):
     d_cosine: Any
 
 
-def coefficients(u: Arithmetic, r: Any, n: int, ops: Functions = ARRAYS) -> Coefficients:
+def coefficients(u: Arithmetic, r: Restitution, n: int, ops: Functions = ARRAYS) -> Coefficients:
     """Solve the linear system (3.9)-(3.11) for the velocity, gbar and d at q = 1/2 + u.
 
     Parameters
@@ -166,7 +166,7 @@ class Rubbing(Struct, frozen=True, eq=False):
     d: Any
 
 
-def rubbing(k: Coefficients, u: Arithmetic, r: Any, n: int) -> Rubbing:
+def rubbing(k: Coefficients, u: Arithmetic, r: Restitution, n: int) -> Rubbing:
     """Solve the linear system (3.9)-(3.11) for unit friction in the place of the force.
 
     Parameters
@@ -275,7 +275,7 @@ class Orbits(Struct, frozen=True, eq=False):
             return self.gbar, self.gbar
         return self.gbar + self.friction, self.gbar - self.friction
 
-    def flights(self, r: Any) -> tuple[Flight, Flight]:
+    def flights(self, r: Restitution) -> tuple[Flight, Flight]:
         """The flights from the bottom to the top and back, for the restitution r of `coefficients`."""
         at_bottom, at_top = by_wall(r)
         bottom, top = flight.reflect(self.velocity_bottom, at_bottom), flight.reflect(self.velocity_top, at_top)
@@ -312,7 +312,7 @@ class Dynamics(Struct, frozen=True, eq=False):
     friction: Friction | None = None
 
 
-def orbits(u: Arithmetic, phi: Arithmetic, r: Any, n: int, ops: Functions = ARRAYS) -> Orbits:
+def orbits(u: Arithmetic, phi: Arithmetic, r: Restitution, n: int, ops: Functions = ARRAYS) -> Orbits:
     """Evaluate the one 1:1 motion with q = 1/2 + u and this phase, for a force that is a sine and without friction.
 
     Parameters are those of `orbits_of`, with the restitution r and n forcing periods for `dynamics`.

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from vireport.motions.level_plane import EDGE
 from vireport.motions.orbits import Dynamics, Friction, Orbits, coefficients, of_order, orbits_of, rubbing, turned
 from vireport.physics.forcing import SINE, Harmonic
-from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
+from vireport.physics.groups import Groups, Restitution, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import IMAGINARY_STEP, Arithmetic
 
 Floats = NDArray[np.float64]
@@ -187,7 +187,7 @@ class Tested(NamedTuple):
     single: Mask
 
 
-def motions_in_plane(groups: Groups[Any], r: Any, n: int) -> tuple[Ints, Floats, Floats]:
+def motions_in_plane(groups: Groups[Any], r: Restitution, n: int) -> tuple[Ints, Floats, Floats]:
     """Find the 1:1 motions of design points, admissible or not.
 
     Parameters
@@ -240,7 +240,7 @@ class MotionPlane(Struct, frozen=True, eq=False):
     weights: Floats
 
     @staticmethod
-    def of(groups: Groups[Any], r: Any, n: int) -> MotionPlane:
+    def of(groups: Groups[Any], r: Restitution, n: int) -> MotionPlane:
         """Make the plane of motions of some design points."""
         d, gbar = groups.d, groups.gbar
         friction = None if groups.friction is None else np.broadcast_to(groups.friction, d.shape)

@@ -29,7 +29,7 @@ from vireport.motions.orbits import Dynamics, Friction, Orbits, coefficients, or
 from vireport.motions.roots import Guesses, cubic_root, secant_root
 from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.turning import flight_turns, wall_gap
-from vireport.physics.groups import Groups, Restitutions, by_wall, map_restitution
+from vireport.physics.groups import Groups, Restitution, Restitutions, by_wall, map_restitution
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import IMAGINARY_STEP, Arithmetic
 from vireport.physics.word import Word
@@ -105,7 +105,7 @@ class PointwiseMotions(Struct, frozen=True, eq=False):
         """Whether the ball stays between the membranes."""
         return np.asarray(self.wall_gap > 0)
 
-    def stable(self, r: Any, slack: float = 0.0) -> Mask:
+    def stable(self, r: Restitution, slack: float = 0.0) -> Mask:
         """Whether motions are stable and admissible.
 
         Parameters
@@ -177,7 +177,7 @@ def _different(r: Any) -> list[Any]:
     return [Restitutions(*pair) for pair in sorted(set(zip(*columns, strict=True)))]
 
 
-def _is(r: Any, value: Any) -> Mask:
+def _is(r: Restitution, value: Any) -> Mask:
     """Whether each design point has a given restitution, or pair of restitutions."""
     if not isinstance(r, Restitutions):
         return np.asarray(r == value)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.orbits import Orbits
-from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.groups import Restitution, Restitutions, by_wall
 from vireport.physics.numbers import Arithmetic
 
 Floats = NDArray[np.float64]
@@ -61,7 +61,7 @@ Jacobian = tuple[Any, Any, Any, Any]
 
 
 def flight_jacobian(
-    duration: Any, velocities: tuple[Any, Any], accelerations: tuple[Any, Any], r: Any, slope: Any = None
+    duration: Any, velocities: tuple[Any, Any], accelerations: tuple[Any, Any], r: Restitution, slope: Any = None
 ) -> Jacobian:
     """Jacobian of a flight map (time, velocity) -> (next time, next velocity), row by row.
 
@@ -92,7 +92,7 @@ def flight_jacobian(
     )
 
 
-def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
+def flight_jacobians(orbit: Orbits, r: Restitution) -> tuple[Jacobian, Jacobian]:
     """Jacobians DP1 of the flight from the bottom to the top impact of a 1:1 motion, and DP2 of the flight back."""
     at_bottom, at_top = orbit.waves
     r_bottom, r_top = by_wall(r)
@@ -112,7 +112,7 @@ def flight_jacobians(orbit: Orbits, r: Any) -> tuple[Jacobian, Jacobian]:
     )
 
 
-def lap_decay(r: Any) -> Any:
+def lap_decay(r: Restitution) -> Any:
     """The root of det DP of a 1:1 motion: r^2, or r_b r_t where the membranes are not alike.
 
     For restitutions that fall with speed it is (r_b s_b r_t s_t)^(1/2), s the `Restitutions.slopes`.
@@ -130,7 +130,7 @@ def determinant_of(r: Any) -> Any:
     return lap_decay(r) ** 2 if isinstance(r, Restitutions) else r**4
 
 
-def return_trace(orbit: Orbits, r: Any) -> Any:
+def return_trace(orbit: Orbits, r: Restitution) -> Any:
     """Trace of DP = DP2 DP1 of Eq. (4.2), whose determinant is the square of `lap_decay`, (A.3)."""
     return product_trace(flight_jacobians(orbit, r))
 

@@ -21,7 +21,7 @@ from vireport.motions.orbits import (
 )
 from vireport.physics.device import FINEST_D, FINEST_GBAR, Device, moved, value_in
 from vireport.physics.forcing import Harmonic
-from vireport.physics.groups import Groups
+from vireport.physics.groups import Groups, Restitution
 from vireport.physics.numbers import ARRAYS, Arithmetic, ExactFunctions
 from vireport.scenario.parameters import Parameter
 
@@ -98,7 +98,7 @@ class Level(Struct, frozen=True, eq=False):
         """Whether d is constant over the sweep."""
         return self.held in (Held.D, Held.BOTH)
 
-    def symmetric(self, r: Any, harmonics: Sequence[Harmonic]) -> bool:
+    def symmetric(self, r: Restitution, harmonics: Sequence[Harmonic]) -> bool:
         """Whether the device and its mirror image are the same over the whole sweep.
 
         Parameters
@@ -111,7 +111,7 @@ class Level(Struct, frozen=True, eq=False):
         kept = self.varied is None or self.varied.keeps_symmetry
         return self.horizontal and kept and Groups(0.0, 0.0, r, tuple(harmonics)).symmetric
 
-    def restitution(self, r: Any, coordinate: Arithmetic) -> Any:
+    def restitution(self, r: Restitution, coordinate: Arithmetic) -> Any:
         """The restitution at a value of the sweep's coordinate, from that of the device."""
         return r if self.varied is None else moved(r, self.varied, coordinate)
 

@@ -23,7 +23,7 @@ from vireport.motions.roots import newton_root
 from vireport.physics import flight
 from vireport.physics.flight import Flight
 from vireport.physics.forcing import Harmonic, force_rate, unaccelerated, unaccelerated_by, wave
-from vireport.physics.groups import Groups, by_wall
+from vireport.physics.groups import Groups, Restitution, by_wall
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import FLOATS
 from vireport.physics.word import Word
@@ -287,7 +287,7 @@ def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = 
         yield 1, part
 
 
-def slowest(orbit: Orbits, r: Any) -> tuple[Floats, Ints]:
+def slowest(orbit: Orbits, r: Restitution) -> tuple[Floats, Ints]:
     """Least speed onward in the flights of 1:1 motions, and the impact (0 or 1) that begins that flight.
 
     Negative where the ball would move back in a flight. Friction would then change its sign, so that this is not the
@@ -312,7 +312,7 @@ def slowest(orbit: Orbits, r: Any) -> tuple[Floats, Ints]:
     return speeds.min(axis=0), speeds.argmin(axis=0)
 
 
-def wall_gap(orbit: Orbits, r: Any) -> Floats:
+def wall_gap(orbit: Orbits, r: Restitution) -> Floats:
     """Smallest distance of the ball from a membrane at the turning points of 1:1 motions [x_c].
 
     Parameters

@@ -25,7 +25,7 @@ from vireport.motions.stability import lap_decay, return_trace
 from vireport.optimise.problem import Problem, objectives
 from vireport.physics.affine import AFFINE, between
 from vireport.physics.device import RESTITUTIONS, Device, Shaker
-from vireport.physics.groups import by_wall, map_restitution
+from vireport.physics.groups import Restitution, by_wall, map_restitution
 from vireport.physics.numbers import ARRAYS, Arithmetic
 from vireport.scenario.blocks import DesignPath, Objective
 from vireport.scenario.parameters import DesignInput, Parameter
@@ -117,7 +117,7 @@ class PixelPicture(Struct, frozen=True, eq=False):
                 yield chosen, i[chosen] + di, j[chosen] + dj
 
 
-def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
+def picture_of(r: Restitution, n: int, low: Floats, high: Floats) -> PixelPicture:
     """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another.
 
     Invariant: a stable motion lies over a tile that is left, or in a pixel that is drawn with its speeds.
@@ -138,7 +138,7 @@ def picture_of(r: Any, n: int, low: Floats, high: Floats) -> PixelPicture:
     return picture
 
 
-def _drawn(picture: PixelPicture, tiles: Boxes, r: Any, n: int, last: bool) -> Boxes:
+def _drawn(picture: PixelPicture, tiles: Boxes, r: Restitution, n: int, last: bool) -> Boxes:
     """Draw the tiles that are small enough; both halves of the others that may have a stable motion."""
     restitution = map_restitution(r, lambda at: between(np.full(len(tiles), at), np.full(len(tiles), at), 0, SYMBOLS))
     times, phases = (between(tiles.low[i], tiles.high[i], i, SYMBOLS) for i in (0, 1))
@@ -176,13 +176,13 @@ def _drawn(picture: PixelPicture, tiles: Boxes, r: Any, n: int, last: bool) -> B
     return tiles[rows[~fine]].halved(moved[:, :, ~fine].max(axis=0).argmax(axis=0))
 
 
-def _may_be_stable(orbit: Orbits, r: Any) -> Mask:
+def _may_be_stable(orbit: Orbits, r: Restitution) -> Mask:
     """Whether the trace may be within its borders."""
     trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](lap_decay(r))
     return np.asarray(~((trace - border).lower > 0) & ~((trace + border).upper < 0))
 
 
-def _may_stay_between(orbit: Orbits, r: Any, n: int) -> Mask:
+def _may_stay_between(orbit: Orbits, r: Restitution, n: int) -> Mask:
     """Whether the ball may be between the membranes at some times of its flights."""
     ops, inside = AFFINE, np.ones(len(orbit.d.centre), dtype=bool)
     for way in orbit.flights(r):

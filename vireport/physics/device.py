@@ -18,7 +18,7 @@ from typing_extensions import TypeVar
 
 from vireport.base.errors import UsageError
 from vireport.physics.forcing import Harmonic, peaks
-from vireport.physics.groups import Groups, Restitutions, SpeedLaw, by_wall, map_restitution, stated
+from vireport.physics.groups import Groups, Restitution, Restitutions, SpeedLaw, by_wall, map_restitution, stated
 from vireport.physics.numbers import ARRAYS, UNIT, Arithmetic, ExactFunctions
 from vireport.scenario.blocks import CapsuleMotion, Scenario
 from vireport.scenario.keys import value_at
@@ -466,7 +466,7 @@ def _restitution(bottom: Any, top: Any) -> Any:
     return bottom if np.ndim(bottom) == np.ndim(top) == 0 and bottom == top else Restitutions(bottom, top)
 
 
-def value_in(restitution: Any, varied: ScalarInput) -> Any:
+def value_in(restitution: Restitution | SpeedLaw, varied: ScalarInput) -> Any:
     """The value of one of `RESTITUTIONS` in the restitution of a device or motion; for both membranes, their mean."""
     bottom, top = stated(restitution)
     if varied == DesignInput.RESTITUTION:
@@ -474,7 +474,7 @@ def value_in(restitution: Any, varied: ScalarInput) -> Any:
     return bottom if varied == DesignInput.RESTITUTION_BOTTOM else top
 
 
-def moved(restitution: Any, varied: ScalarInput, value: Arithmetic) -> Any:
+def moved(restitution: Restitution | SpeedLaw, varied: ScalarInput, value: Arithmetic) -> Any:
     """The restitution with another value at one membrane, or with another mean and the same difference.
 
     Parameters

@@ -49,6 +49,10 @@ class Restitutions(Struct, frozen=True):
         return self.slope * self.bottom, self.slope * self.top
 
 
+Restitution = Arithmetic | Restitutions
+"""The restitution coefficient of both membranes where they are alike, or those of each."""
+
+
 class SpeedLaw(Struct, frozen=True):
     """Restitution coefficients that fall with the speed of the impact, `r (|Z'-|/speed)^exponent` for each membrane.
 
@@ -79,12 +83,12 @@ class SpeedLaw(Struct, frozen=True):
         return flight.restitution_at_speed(stated, wall * velocity / self.speed, self.exponent)
 
 
-def stated(restitution: Any) -> tuple[Any, Any]:
+def stated(restitution: Restitution | SpeedLaw) -> tuple[Any, Any]:
     """The restitution at the bottom and at the top; for a law, at the speed at which it is stated."""
     return (restitution.bottom, restitution.top) if isinstance(restitution, SpeedLaw) else by_wall(restitution)
 
 
-def by_wall(restitution: Any) -> tuple[Any, Any]:
+def by_wall(restitution: Restitution) -> tuple[Any, Any]:
     """The restitution at the bottom and at the top, from one number for both or from `Restitutions`.
 
     One number comes back twice as the same object, by which callers know that the membranes are alike.
@@ -94,7 +98,7 @@ def by_wall(restitution: Any) -> tuple[Any, Any]:
     return restitution, restitution
 
 
-def map_restitution(restitution: Any, function: Callable[[Any], Any]) -> Any:
+def map_restitution(restitution: Restitution | SpeedLaw, function: Callable[[Any], Any]) -> Any:
     """Apply a function to the numbers of a restitution: one, those of `Restitutions`, or those of a `SpeedLaw`."""
     if isinstance(restitution, Restitutions):
         return Restitutions(function(restitution.bottom), function(restitution.top), restitution.slope)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vireport.physics.groups import stated
+from vireport.physics.groups import Restitution, SpeedLaw, stated
 from vireport.simulation.kernel import TURN
 
 Array = NDArray[np.float64]
@@ -22,7 +21,7 @@ LEAST_LOSS = 0.1
 STEPS = 0.8191725133961645, 0.6710436067037893, 0.5497004779019703
 
 
-def start_speed(r: Any, fastest: ArrayLike = 0.0) -> Array:
+def start_speed(r: Restitution | SpeedLaw, fastest: ArrayLike = 0.0) -> Array:
     """Largest velocity of random starts [y_c].
 
     It is half as much again as the larger of `fastest` and 2/(pi (1-r)), the largest impact velocity that the forcing

@@ -24,7 +24,7 @@ from vireport.motions.stability import lap_decay, return_trace
 from vireport.motions.sweep import Held, Level, Sweep, level_residual
 from vireport.motions.turning import touches
 from vireport.physics.device import NO_GRAVITY
-from vireport.physics.groups import by_wall, map_restitution
+from vireport.physics.groups import Restitution, by_wall, map_restitution
 from vireport.physics.motion import Symmetry
 from vireport.physics.numbers import ExactFunctions, Functions
 from vireport.scenario.parameters import Parameter
@@ -177,7 +177,7 @@ def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: ExactFu
     return residuals
 
 
-def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Any, ops: Functions) -> list[Any]:
+def _residuals(candidate: Candidate, orbit: Orbits, more: Sequence[Any], r: Restitution, ops: Functions) -> list[Any]:
     """Residuals of the condition of a critical point, zero where it holds."""
     touch = candidate.touch
     if touch is None:
@@ -211,7 +211,7 @@ def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candida
             yield from (Candidate(Condition(event), touch) for touch in _touching(orbit, r))
 
 
-def _touching(orbit: Orbits, r: Any) -> Iterator[Touching]:
+def _touching(orbit: Orbits, r: Restitution) -> Iterator[Touching]:
     """Turning points near a wall, the nearest first, then touches shortly after an impact."""
     flights = orbit.flights(r)
     for _, time, upward, at_start in touches(orbit, flights)[:FIRST_TRIES]:
@@ -302,7 +302,7 @@ def _root(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) 
     return root
 
 
-def _simplified(orbit: Orbits, level: Level, rest: int | None, r: Any, n: int) -> Orbits:
+def _simplified(orbit: Orbits, level: Level, rest: int | None, r: Restitution, n: int) -> Orbits:
     """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
     gbar = level.value if level.held is Held.GBAR else orbit.gbar
     d = level.value if level.held is Held.D else orbit.d
@@ -329,7 +329,9 @@ def _check_signs(orbit: Orbits, rest: int | None) -> None:
         raise UnprovedError("the length or a flight time is not positive")
 
 
-def _admissible(orbit: Orbits, r: Any, touch: Touching | None, time: Ball | None, symmetric: bool) -> bool | None:
+def _admissible(
+    orbit: Orbits, r: Restitution, touch: Touching | None, time: Ball | None, symmetric: bool
+) -> bool | None:
     """Whether the ball is proved to stay between the membranes, but for a touch; None where it is undecided."""
     inside = []
     for upward, way in zip((True, False), orbit.flights(r), strict=True):

@@ -27,7 +27,7 @@ from vireport.motions.atlas.surface import (
 )
 from vireport.motions.periodicity import Model
 from vireport.motions.sweep import Held
-from vireport.physics.groups import Restitutions
+from vireport.physics.groups import Restitution, Restitutions
 from vireport.physics.word import Word
 
 Floats = NDArray[np.float64]
@@ -122,7 +122,7 @@ class Layer(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def _layers(word: Word, r: Any) -> list[Layer]:
+def _layers(word: Word, r: Restitution) -> list[Layer]:
     """The solutions at the corners of all cells, which are the same for every sweep with this restitution."""
     side = side_of(word)
     count, layers = round(2 * word.periods / side), []

@@ -27,7 +27,7 @@ from vireport.motions.sweep import Held, Level
 from vireport.motions.turning import SMALLEST_STEP, ForcedFlights, Turns, turning_points
 from vireport.physics import flight
 from vireport.physics.flight import Flight
-from vireport.physics.groups import Restitutions, by_wall
+from vireport.physics.groups import Restitution, Restitutions, by_wall
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS, Arithmetic, ContinuousFunctions
 from vireport.physics.word import Word
@@ -123,7 +123,7 @@ class HomogeneousSolution(NamedTuple):
         return self._replace(sine=sine, cosine=cosine, gbar=gbar, excess=excess, rows=rows)
 
 
-def solution(word: Word, times: FlightTimes, r: Any, ops: ContinuousFunctions = ARRAYS) -> HomogeneousSolution:
+def solution(word: Word, times: FlightTimes, r: Restitution, ops: ContinuousFunctions = ARRAYS) -> HomogeneousSolution:
     """Solve the linear conditions of motions with three or four impacts, or two to four on one membrane only.
 
     Parameters
@@ -346,7 +346,7 @@ class Candidates(Struct, frozen=True, eq=False):
         return np.asarray(self.gap > 0)
 
 
-def candidates_above(word: Word, flights: Floats, r: Any, period: Floats | None = None) -> Candidates:
+def candidates_above(word: Word, flights: Floats, r: Restitution, period: Floats | None = None) -> Candidates:
     """The solutions of the conditions at given flight times.
 
     Parameters

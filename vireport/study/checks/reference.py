@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vireport.base.errors import NumericalError
 from vireport.physics.device import Device
 from vireport.physics.energy import Membrane
-from vireport.physics.groups import Restitutions, by_wall, map_restitution
+from vireport.physics.groups import Restitution, Restitutions, by_wall, map_restitution
 from vireport.physics.numbers import Arithmetic, Functions
 from vireport.scenario.parameters import Parameter
 
@@ -178,7 +178,7 @@ def flight(t: Any, start: Any, speed: Any, phase: Arithmetic, gbar: Any, ops: Fu
     return position, speed + gbar * t + f1 - f1_start
 
 
-def periodicity(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> list[Any]:
+def periodicity(state: State, d: Arithmetic, gbar: Arithmetic, r: Restitution, n: int) -> list[Any]:
     """Residuals of the maps (3.3)-(3.6) closed by (3.1): where and how fast the flight up and the flight down end."""
     velocity, phase, u = state
     up = 2 * n * (mpf(1) / 2 + u)
@@ -188,13 +188,13 @@ def periodicity(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -
     return [top + d / 2, bottom - d / 2, back - velocity]
 
 
-def velocity_top(state: State, gbar: Arithmetic, r: Any, n: int) -> Any:
+def velocity_top(state: State, gbar: Arithmetic, r: Restitution, n: int) -> Any:
     """Velocity before the top impact, Eq. (3.8), by the momentum over a period where the membranes are not alike."""
     bottom, top = by_wall(r)
     return (gbar * 2 * n - (1 + bottom) * state[0]) / (1 + top)
 
 
-def trace(state: State, gbar: Arithmetic, r: Any, n: int, ops: Functions = mp) -> Any:
+def trace(state: State, gbar: Arithmetic, r: Restitution, n: int, ops: Functions = mp) -> Any:
     """Tr(DP) by Eq. (A.4), each flight with the r of its impact; with numpy for `ops`, of arrays."""
     bottom, top = by_wall(r)
     velocity, phase, u = state
@@ -290,19 +290,21 @@ def with_trace(device: Device, parameter: Parameter, kind: str, guess: list[Any]
     return special_motion(device, parameter, lambda x, d, gbar: [trace(x, gbar, r, n) - target], guess, symmetric)
 
 
-def motion(guess: list[Any], d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> State:
+def motion(guess: list[Any], d: Arithmetic, gbar: Arithmetic, r: Restitution, n: int) -> State:
     """The motion near a guess of (velocity, phase, u) for given d and gbar."""
     velocity, phase, u = newton(lambda x: periodicity((x[0], x[1], x[2]), d, gbar, r, n), guess)
     return velocity, phase, u
 
 
-def at(phase: Arithmetic, u: Arithmetic, guess: list[Any], r: Any, n: int) -> tuple[Any, Any, Any]:
+def at(phase: Arithmetic, u: Arithmetic, guess: list[Any], r: Restitution, n: int) -> tuple[Any, Any, Any]:
     """Velocity, gbar and d of the one motion with this phase and q, from a guess of the three."""
     velocity, gbar, d = newton(lambda x: periodicity((x[0], phase, u), x[2], x[1], r, n), guess, [1, 1, 1])
     return velocity, gbar, d
 
 
-def flights(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> Iterator[tuple[Any, Any, Any, Any]]:
+def flights(
+    state: State, d: Arithmetic, gbar: Arithmetic, r: Restitution, n: int
+) -> Iterator[tuple[Any, Any, Any, Any]]:
     """Start, speed, phase and duration of the flight up and of the flight down."""
     velocity, phase, u = state
     up = 2 * n * (mpf(1) / 2 + u)
@@ -335,7 +337,7 @@ def voltage(speed: Arithmetic, membrane: Membrane) -> tuple[Any, Any]:
         return delta, (area / (mp.pi * rc**2)) ** 2 * uin - uin
 
 
-def turning_points(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> list[tuple[Any, int, Any]]:
+def turning_points(state: State, d: Arithmetic, gbar: Arithmetic, r: Restitution, n: int) -> list[tuple[Any, int, Any]]:
     """Zeros of Z' in the flights: gap to the nearer wall, flight, time.
 
     Z' is monotone between the zeros of Z'' = gbar + cos, so that each interval between those has one zero or none.
@@ -376,7 +378,7 @@ def pressing(state: State, gbar: Arithmetic, n: int, at_top: bool) -> Any:
     return gbar + mp.cos(state[1] + later)
 
 
-def short_touch(state: State, gbar: Arithmetic, r: Any, n: int, which: int) -> tuple[Any, Any]:
+def short_touch(state: State, gbar: Arithmetic, r: Restitution, n: int, which: int) -> tuple[Any, Any]:
     """Pressing acceleration, and time after the impact, at which a ball that hardly rebounds touches the wall again.
 
     Its distance from the wall, v t - a t^2/2 - j t^3/6, and its velocity vanish where a = (-8 j v/3)^(1/2) and
@@ -390,12 +392,12 @@ def short_touch(state: State, gbar: Arithmetic, r: Any, n: int, which: int) -> t
     return press, -3 * press / (2 * jerk)
 
 
-def wall_gap(state: State, d: Arithmetic, gbar: Arithmetic, r: Any, n: int) -> Any:
+def wall_gap(state: State, d: Arithmetic, gbar: Arithmetic, r: Restitution, n: int) -> Any:
     """Smallest distance to a membrane at the turning points, d where the ball never turns back."""
     return min([d, *(gap for gap, _, _ in turning_points(state, d, gbar, r, n))])
 
 
-def all_motions(d: Any, gbar: Any, r: Any, n: int) -> list[State]:
+def all_motions(d: Any, gbar: Any, r: Restitution, n: int) -> list[State]:
     """Every solution of (3.9)-(3.11) for given d and gbar with impacts of the right sign, found without a guess.
 
     For each q the three equations are linear in the velocity, sin(phi) and cos(phi); q solves the problem where
@@ -412,7 +414,7 @@ def all_motions(d: Any, gbar: Any, r: Any, n: int) -> list[State]:
     return [state for state in states if state[0] > 0 > velocity_top(state, gbar, r, n)]
 
 
-def _crossings(d: float, gbar: float, r: Any, n: int) -> Iterator[list[float]]:
+def _crossings(d: float, gbar: float, r: Restitution, n: int) -> Iterator[list[float]]:
     """Guesses of (velocity, phase, u), in doubles, where sin^2 + cos^2 - 1 changes its sign along q."""
     smallest = max(gbar * 1e-3, 1e-13) if gbar else 1e-7
     decades = np.geomspace(smallest, 1e-3, 400)

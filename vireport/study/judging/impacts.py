@@ -25,7 +25,7 @@ from vireport.physics.energy import (
     generated_voltage,
     voltages,
 )
-from vireport.physics.groups import by_wall
+from vireport.physics.groups import Restitution, by_wall
 from vireport.physics.numbers import Arithmetic, ContinuousFunctions, Rounded
 from vireport.scenario.parameters import Parameter
 from vireport.study.judging.evidence import Evidence
@@ -86,7 +86,7 @@ def spread(values: tuple[Any, ...], ops: ContinuousFunctions) -> Any:
 
 
 def generated(
-    speeds: tuple[Any, Any], membrane: Membrane | None, restitution: Any, period_s: Arithmetic
+    speeds: tuple[Any, Any], membrane: Membrane | None, restitution: Restitution, period_s: Arithmetic
 ) -> tuple[Voltages | None, Conversion | None]:
     """What impacts at the bottom and at the top generate, as far as the membrane says; arrays, its numbers too."""
     if membrane is None:
