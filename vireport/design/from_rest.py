@@ -184,12 +184,12 @@ class FromRest(Struct, frozen=True):
 
     @property
     def is_one_to_one(self) -> bool:
-        """Whether it comes to a 1:1 motion."""
+        """Whether the device comes to a 1:1 motion."""
         return self.destination is Destination.ONE_TO_ONE
 
     @property
     def is_motion(self) -> bool:
-        """Whether it comes to a periodic motion without rest."""
+        """Whether the device comes to a periodic motion without rest."""
         return self.destination in (Destination.ONE_TO_ONE, Destination.OTHER_MOTION)
 
     @property

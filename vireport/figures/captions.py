@@ -135,7 +135,7 @@ def harmonics_of(device: Device) -> list[str]:
 
 
 def _restitutions(device: Device, varied: Collection[str]) -> list[str]:
-    """Those that are held; where that of one membrane varies the other's, and neither where both do."""
+    """The restitutions that are held; where that of one membrane varies the other's, and neither where both do."""
     specified = [name for name in device.inputs if name in RESTITUTIONS]
     if moved := [name for name in RESTITUTIONS if name in varied]:
         specified = [name for name in RESTITUTIONS[1:] if name not in moved and RESTITUTIONS[0] not in moved]

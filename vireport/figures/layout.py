@@ -364,7 +364,7 @@ class SweepAxis(Struct, frozen=True):
 
     @property
     def by_value(self) -> bool:
-        """Whether it is the swept parameter itself."""
+        """Whether the axis is that of the swept parameter itself."""
         return not self.sweep.parameter.moves_d
 
     def of(self, motions: Any) -> Floats:
@@ -377,7 +377,7 @@ class SweepAxis(Struct, frozen=True):
 
     @property
     def scales_on_top(self) -> bool:
-        """Whether it has a second scale above; along a restitution neither d nor gbar varies."""
+        """Whether the axis has a second scale above; along a restitution neither d nor gbar varies."""
         return not self.sweep.parameter.bounces
 
     def dress(self, panels: Sequence[Axes], columns: int = 1, above: str = "") -> None:

@@ -52,7 +52,7 @@ class IdentifyReport(Struct, frozen=True, eq=False):
 
     @property
     def title(self) -> str:
-        """That of the scenario, "" where it has none."""
+        """Title of the scenario, "" where it has none."""
         return self.loaded.scenario.title or ""
 
     @property

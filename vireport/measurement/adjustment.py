@@ -75,7 +75,7 @@ class Inquiry(Struct, frozen=True):
         return (*self.unknowns, *(prior.unknown for prior in self.priors))
 
     def begun_with(self, model: ClockedDevice) -> Inquiry:
-        """The same unknowns, sought from another model."""
+        """The search for the same unknowns from another model on."""
         return replace(self, model=model)
 
 

@@ -146,7 +146,7 @@ class Fitted(Struct, frozen=True, eq=False):
 
     @property
     def explained(self) -> MeasuredImpacts:
-        """The same at the times at which the fitted device has them."""
+        """The impacts at the times at which the fitted device has them."""
         kept = self.kept
         return kept.at(kept.times - self.adjusted.errors)
 

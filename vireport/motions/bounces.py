@@ -176,8 +176,9 @@ class Bounces(ContourPlane, frozen=True, eq=False):
         return above + (bottom - top) * both * before_bottom * before_top
 
     def _above_difference_over_u(self, u: Arithmetic, passed: Passed) -> Any:
-        """The same over u where motions have mirror images: gbar and D are 0, and S and a_b Tu + a_t Td vanish with u.
+        """`_above_difference` over u, for motions that have mirror images.
 
+        Their gbar and D are 0, and S and a_b Tu + a_t Td vanish with u.
         `per_u` brings the quotient of the impulses, so that nothing is divided, and u = 0 is a place as any other.
         """
         (up, down), (of_up, of_down) = self._times(u), self._gravities

@@ -158,7 +158,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
-        """Its stretches between events, each of one type."""
+        """The stretches of the family between events, each of one type."""
         rows = sorted({0, len(self.x) - 1, *(mark.row for mark in self.marks)})
         return tuple(self._segment(first, last) for first, last in pairwise(rows))
 
@@ -204,7 +204,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def settable(self) -> bool:
-        """Whether it has stable motions over a range wide enough for a device to be set into it."""
+        """Whether the family has stable motions over a range wide enough for a device to be set into it."""
         return any(settable(*part, self.sweep.off) for part in self.stable_ranges)
 
     def settable_at(self, value: float) -> bool:

@@ -248,7 +248,7 @@ def opening(result: SearchResult, study: Study | None) -> Opening:
 
 
 def _tiles(result: SearchResult, study: Study) -> Iterator[Statement]:
-    """Those of a run; the objective instead of the range, where neither the sentence nor another number is that."""
+    """The tiles of a run; the objective instead of the range, where neither the sentence nor another number is that."""
     objective, design, run = result.problem.objective, cast(JudgedDesign, result.reported), study.opening
     if objective.path is not None or objective is Objective.U_AVE:
         yield from run.tiles

@@ -356,7 +356,7 @@ def _one_impact() -> Iterator[Result]:
 
 
 def _inelastic() -> Iterator[Result]:
-    """The same of a ball that does not rebound: where the table presses on it, it does not leave at once."""
+    """Onset and doubling of a ball that does not rebound: where the table presses on it, it does not leave at once."""
     yield from _onset_and_doubling(0.0, 1, sqrt(1 + pi**2), sqrt(pi**2 + 4))
 
 
@@ -423,7 +423,7 @@ class ValidatedDevice(Struct, frozen=True):
         return self.d * self.amplitude_n / (4 * CAPSULE * self.frequency_hz**2)
 
     def study(self, **more: object) -> Study:
-        """Its 1:1 motions, with more blocks."""
+        """The study of the 1:1 motions of the device, with more blocks."""
         device = {"capsule_mass_kg": CAPSULE, "restitution": self.restitution, "ball_mass_kg": BALL}
         return _study(
             {

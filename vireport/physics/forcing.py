@@ -68,12 +68,12 @@ class Harmonic(Struct, frozen=True):
 
     @property
     def share(self) -> float:
-        """Its amplitude over that of the sine [-]."""
+        """Amplitude of the harmonic over that of the sine [-]."""
         return hypot(self.cosine, self.sine)
 
     @property
     def phase_deg(self) -> float:
-        """Its phase in `share` cos(order x + phase) [deg], from 0 to 360."""
+        """Phase of the harmonic in `share` cos(order x + phase) [deg], from 0 to 360."""
         return degrees(atan2(-self.sine, self.cosine)) % 360
 
 

@@ -167,7 +167,7 @@ def _compiled(report: AnyReport, source: str, inputs: dict[str, str]) -> bytes:
 
 
 def _not_in_fonts(letters: str) -> list[str]:
-    """Those of some characters that none of the fonts has which are used."""
+    """The characters among some that none of the fonts in use has."""
     if not letters:
         return []
     import typst

@@ -135,7 +135,7 @@ class Parameter(ScalarInput):
 
     @property
     def bounces(self) -> bool:
-        """Whether it is a restitution: what membranes do, while what drives the ball stays as it is."""
+        """Whether the parameter is a restitution: what membranes do, while what drives the ball stays as it is."""
         return self not in DRIVING
 
     @property

@@ -51,7 +51,7 @@ class AddedFinding(Generic[Result]):
     files: ClassVar[tuple[str, ...]] = ()
 
     def steps(self) -> Iterable[DeclaredStep]:
-        """Its rows of the plan; where any of them runs, it is looked for."""
+        """Rows of the plan; where any of them runs, the addition is looked for."""
         raise NotImplementedError
 
     def refuse_undecidable(self, scenario: Scenario) -> None:
@@ -81,7 +81,7 @@ class AddedFinding(Generic[Result]):
         return False
 
     def results(self, result: Result | None, study: Study) -> AddedBlocks:
-        """Its keys of results.json."""
+        """Keys of results.json that the addition brings."""
         return {}
 
     def results_within(self, block: DisturbancesData, result: Result | None) -> DisturbancesData:

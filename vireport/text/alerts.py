@@ -63,7 +63,7 @@ class Severity(StrEnum):
 
     @property
     def rank(self) -> int:
-        """Its place among all, the gravest first."""
+        """Place among all alerts, the gravest first."""
         return list(Severity).index(self)
 
 

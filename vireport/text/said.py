@@ -48,7 +48,7 @@ class Said(Struct, frozen=True):
         return Words(self.file, templates)(self.macro, *(spoken(value, templates) for value in self.values))
 
     def parts(self, templates: Path | None = None) -> list[str]:
-        """What it says, parted at the bars."""
+        """The words, parted at the bars."""
         return self.words(templates).split(BETWEEN)
 
 

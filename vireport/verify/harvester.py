@@ -95,7 +95,7 @@ class Harvester(Struct, frozen=True):
 
 
 def harvester_of(loaded: Loaded | None) -> Harvester:
-    """That of a scenario, in the middle of its sweep where it gives no design point.
+    """The harvester of a scenario, in the middle of its sweep where it gives no design point.
 
     For None that of the paper's Fig. 3 (c)-(d).
     """

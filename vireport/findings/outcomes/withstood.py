@@ -123,7 +123,7 @@ class Withstood(Struct, frozen=True, eq=False):
 
     @property
     def spreads(self) -> list[ImpactSpread]:
-        """That of each impact, in the order of the motion."""
+        """The spread of each impact, in the order of the motion."""
         spread, unit = self.spread, self.velocity_unit
         if spread is None:
             return []

@@ -66,7 +66,7 @@ class DevicePlane(Plane, frozen=True, eq=False):
         )
 
     def _side(self, varied: Sequence[Any]) -> int:
-        """-1 beyond the horizontal."""
+        """Sign of gravity along the capsule: -1 at an inclination below 0."""
         tilted = zip(self.inputs, varied, strict=True)
         return -1 if any(varied_input is DesignInput.INCLINATION and value < 0 for varied_input, value in tilted) else 1
 

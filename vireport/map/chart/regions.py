@@ -77,17 +77,17 @@ class StableMotion(Struct, frozen=True, eq=False):
 
     @property
     def word(self) -> Word:
-        """Its impacts, from the one with which its word comes first in the alphabet."""
+        """The impacts of the motion, from the one with which its word comes first in the alphabet."""
         return self.motion.word.canonical()
 
     @property
     def kind(self) -> Kind:
-        """What it is told apart from others by."""
+        """What stable motions are told apart by."""
         return len(self.word), self.word.letters, self.word.periods, self.asymmetric
 
     @property
     def one_to_one(self) -> bool:
-        """Whether it strikes each membrane once."""
+        """Whether the ball strikes each membrane once."""
         return self.word.letters == "BT"
 
 

@@ -148,7 +148,7 @@ class ComparedQuantity(Struct, frozen=True):
 
     @property
     def name(self) -> Text:
-        """What it is, with the symbol that tells it from the same in another unit."""
+        """The quantity in words, with the symbol that tells it from the same in another unit."""
         return _said("in_symbol", self.subject, self.symbol) if self.symbol else self.subject
 
 

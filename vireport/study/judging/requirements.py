@@ -235,7 +235,7 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def title(self) -> Phrase:
-        """What it is called in words."""
+        """Name of the requirement in words."""
         return Phrase(self.file, self.key)
 
     @cached_property
@@ -245,7 +245,7 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def dear(self) -> bool:
-        """Whether it is judged last of many designs, as it takes a run long."""
+        """Whether the requirement is judged last of many designs, as it takes a run long."""
         return isinstance(self.quantity, OfRun) and self.quantity.dear
 
     @property

@@ -113,7 +113,7 @@ class Conclusion(Enum):
 
     @property
     def status(self) -> Status:
-        """What it means for the design."""
+        """What the answer means for the design."""
         return self.value[0]
 
     @property
@@ -305,7 +305,7 @@ class StableVoltages(Struct, frozen=True, eq=False):
 
     @property
     def status(self) -> Status:
-        """What it means for the design."""
+        """What voltage and deflection mean for the design."""
         return Status.BAD if self.contradictory else STRETCHED[self.severity]
 
 
