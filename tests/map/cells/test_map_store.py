@@ -133,6 +133,9 @@ def test_any_flipped_bit_of_a_chunk_is_noticed() -> None:
     for bit in Random(1).sample(range(8 * len(data)), 1000):
         with pytest.raises(RejectedFileError, match="is damaged"):
             read_chunk(store, 2, flipped(data, bit))
+    earlier = b"PAR1, as chunks once were"
+    with pytest.raises(RejectedFileError, match="is of another version"):
+        read_chunk(store, 2, hashlib.sha256(earlier).digest() + earlier)
 
 
 @pytest.mark.slow

@@ -1,10 +1,10 @@
-"""Where a map is kept: a Parquet file for each chunk while it is computed, and one for all of it when it is done.
+"""Where a map is kept: an Arrow file for each chunk while it is computed, and a Parquet file when it is done.
 
 Every file says in its metadata which map and which chunk it is and what computed it, and has a SHA-256 digest of all
 its bytes: a chunk before them, the finished map in a file beside it, in the format of ``sha256sum``. A digest is
-compared before a file is read as Parquet, since a damaged one may end the process that reads it. So a file is used for
-what it is, whatever happened to it or to the run that wrote it: one that is damaged, missing or in the wrong place is
-computed again. Files are written under another name and renamed.
+compared before a file is read, since a damaged one may end the process that reads it. So a file is used for what it is,
+whatever happened to it or to the run that wrote it: one that is damaged, missing or in the wrong place is computed
+again. Files are written under another name and renamed.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ IDENTITY = b"vireport"
 """Key under which a file says what it is."""
 
 DIGEST_SIZE = hashlib.sha256().digest_size
-"""Bytes before the Parquet bytes of a chunk."""
+"""Bytes before the cells of a chunk."""
 
 PART = 8192
 """Cells of a chunk that are evaluated at once: their arrays stay in the processor's cache. Larger ones would be given
@@ -209,12 +209,14 @@ def writing(folder: Path) -> AbstractContextManager[None]:
 
 def encoded_chunk(plan: MapPlan, map_sha256: str, chunk: int) -> bytes:
     """Compute a chunk, as the bytes of its file."""
-    sink = pa.BufferOutputStream()
-    numbers = plan.numbers(chunk)
+    sink, numbers = pa.BufferOutputStream(), plan.numbers(chunk)
     parts = [evaluate(plan, numbers[first : first + PART]) for first in range(0, len(numbers), PART)]
-    _write(sink, plan, identity_of(plan, map_sha256, chunk).metadata(), [pa.concat_tables(parts)])
-    data = bytes(sink.getvalue())
-    return hashlib.sha256(data).digest() + data
+    metadata = identity_of(plan, map_sha256, chunk).metadata()
+    table = pa.concat_tables(parts).combine_chunks().replace_schema_metadata(metadata)
+    with pa.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table)
+    data = sink.getvalue()
+    return b"".join([hashlib.sha256(data).digest(), data])
 
 
 def write_chunk(store: Store, chunk: int) -> None:
@@ -256,18 +258,21 @@ def read_chunk(store: Store, chunk: int, data: bytes) -> pa.Table:
     ------
     RejectedFileError
     """
-    digest, parquet = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
-    if hashlib.sha256(parquet).digest() != digest:
+    content = memoryview(data)[DIGEST_SIZE:]
+    if hashlib.sha256(content).digest() != data[:DIGEST_SIZE]:
         raise RejectedFileError("is damaged")
-    with pq.ParquetFile(pa.BufferReader(parquet)) as file:
-        _require_identity(file, store.identity(chunk))
-        return file.read()
+    try:
+        table = pa.ipc.open_stream(content).read_all()
+    except pa.ArrowInvalid as error:  # as an earlier version wrote it
+        raise RejectedFileError("is of another version") from error
+    _require_identity(table.schema.metadata, store.identity(chunk))
+    return table
 
 
-def _require_identity(file: pq.ParquetFile, expected: Identity) -> None:
+def _require_identity(metadata: Any, expected: Identity) -> None:
     """Refuse what another map, version or chunk has left; the digest of the file has been compared."""
     try:
-        identity = msgspec.json.decode(file.metadata.metadata[IDENTITY], type=Identity)
+        identity = msgspec.json.decode(metadata[IDENTITY], type=Identity)
     except (KeyError, TypeError, msgspec.ValidationError):  # of a version that wrote other metadata
         identity = None
     if identity != expected:
@@ -337,7 +342,7 @@ def is_finished(store: Store, rejected: list[str]) -> bool:
         return False
     try:
         with open(store.result, "rb") as finished, pq.ParquetFile(finished) as file:
-            _require_identity(file, store.identity())
+            _require_identity(file.metadata.metadata, store.identity())
     except RejectedFileError as error:
         _refuse_other_map(store, [error.identity] if error.identity else [])
         rejected.append(f"{store.result} {error}: computed again")
@@ -400,7 +405,7 @@ def _row_groups(store: Store, rejected: list[str]) -> Iterator[pa.Table]:
 def require_space(store: Store, stored: Collection[int]) -> None:
     """Refuse a map that will not fit on its disk: its chunks, and the finished file that is made of them.
 
-    The size is that of some cells, spread evenly, without their nulls, which take no space.
+    The size is that of some cells, spread evenly; in the finished file nulls take no space.
 
     Raises
     ------
@@ -409,10 +414,11 @@ def require_space(store: Store, stored: Collection[int]) -> None:
     plan = store.plan
     numbers = np.unique(np.linspace(0, plan.cells - 1, SAMPLE).astype(np.int64))
     sample = evaluate(replace(plan, simulate=None, from_rest=False, shock=False), numbers)
-    size = sum(column.type.bit_width / 8 * (len(column) - column.null_count) for column in sample.columns)
-    per_cell = size / len(numbers) + (0 if plan.simulate is None else SIMULATED_BYTES)
-    per_cell += FROM_REST_BYTES * plan.from_rest + SHOCK_BYTES * plan.shock
-    needed = per_cell * (2 * plan.cells - sum(map(plan.rows, stored)))
+    finished = sum(column.type.bit_width / 8 * (len(column) - column.null_count) for column in sample.columns)
+    simulated = 0 if plan.simulate is None else SIMULATED_BYTES
+    simulated += FROM_REST_BYTES * plan.from_rest + SHOCK_BYTES * plan.shock
+    chunk_cell, finished_cell = (size / len(numbers) + simulated for size in (sample.nbytes, finished))
+    needed = chunk_cell * (plan.cells - sum(map(plan.rows, stored))) + finished_cell * plan.cells
     free = shutil.disk_usage(store.folder).free
     if needed > free:
         raise UsageError(
