@@ -20,7 +20,6 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D
 from msgspec import Struct
-from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
@@ -203,13 +202,8 @@ def png(figure: Figure, strokes: Iterable[Stroke] | None = None) -> bytes:
         renderer = RendererAgg(*figure.bbox.size, figure.dpi)  # type: ignore[no-untyped-call]
         for stroke in strokes:
             stroke(renderer)
-    return _png_file(np.asarray(renderer.buffer_rgba())[:, :, :3], figure.dpi)
-
-
-def _png_file(pixels: NDArray[np.uint8], dpi: float) -> bytes:
-    """Pixels of three channels as a PNG file."""
     file, written = BytesIO(), PngInfo()
     written.add_text("Software", WRITTEN_BY)
-    image = Image.fromarray(np.ascontiguousarray(pixels))
-    image.save(file, "PNG", dpi=(dpi, dpi), pnginfo=written, compress_level=PNG_LEVEL)
+    image = Image.fromarray(np.asarray(renderer.buffer_rgba())).convert("RGB")
+    image.save(file, "PNG", dpi=(figure.dpi, figure.dpi), pnginfo=written, compress_level=PNG_LEVEL)
     return file.getvalue()
