@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import PageSettings, file_names
 from vireport.comparison.comparison import COMPARED_FIGURES, FEW_NAMES, OVERLAY, Comparison
-from vireport.comparison.pages import ComparisonReport
 from vireport.comparison.ranking import ranking_table, remarks
 from vireport.comparison.variants import MOST_SCENARIOS
-from vireport.report.rendering import render_files, render_markdown
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of_several, with_pages
 from vireport.study.results import csv_bytes, json_bytes
@@ -86,6 +84,9 @@ def render_comparison(comparison: Comparison, command: str, pages: PageSettings,
         with drawn_for(Sheet.of(pages.width_mm)):
             drawn = compare_pictures(comparison, templates)
         say("setting the report")
+        from vireport.comparison.pages import ComparisonReport
+        from vireport.report.rendering import render_files
+
         origin = with_pages(provenance, drawn=bool(drawn)) if formats & {"html", "pdf"} else provenance
         report = ComparisonReport(comparison, {picture.name: picture for picture in drawn}, origin, templates)
         files |= render_files(report, formats, pages.paper)
@@ -94,6 +95,9 @@ def render_comparison(comparison: Comparison, command: str, pages: PageSettings,
     if "csv" in formats:
         files["compare.csv"] = compare_csv(comparison)
     if "markdown" in formats:
+        from vireport.comparison.pages import ComparisonReport
+        from vireport.report.rendering import render_markdown
+
         report = ComparisonReport(comparison, {}, provenance, templates, "comparison-summary.md.j2")
         files["summary.md"] = render_markdown(report)
     return files

@@ -17,7 +17,6 @@ from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import file_names
 from vireport.design.measured import held_harmonics, share_that_fits
 from vireport.identify.opening import IdentifiedRecord, identified_opening, most_hidden, open_opening
-from vireport.identify.page import IdentifyReport
 from vireport.identify.results import identified_data
 from vireport.measurement.flights import Unknown
 from vireport.measurement.identification import Fitted, Unidentifiable
@@ -26,7 +25,6 @@ from vireport.measurement.records import read_record, record_contents
 from vireport.measurement.shaker import ShakerMotion
 from vireport.measurement.signals import OF_SHAKER, Signals, read_signals, with_shaker
 from vireport.physics.device import RESTITUTIONS
-from vireport.report.rendering import render_files
 from vireport.scenario.blocks import Distribution, LayoutBlock, Scenario, keys_left_out, percent_key, to_dict
 from vireport.scenario.loading import Loaded, loads
 from vireport.scenario.parameters import DesignInput
@@ -160,6 +158,9 @@ def outcome(request: Request, pages: Pages, say: Progress) -> CommandOutcome:
         doubts = () if signals is None else record_alerts(signals.doubts)
         reading = "" if signals is None else words("read_as", signals.picked.recording, Path(record.name).name)
         text = _text(opening, reading, doubts, (*opened, *parts) if pages.tables else (), pages.templates)
+        from vireport.identify.page import IdentifyReport
+        from vireport.report.rendering import render_files
+
         say("setting the report")
         drawn = {picture.name: picture for picture in pictures}
         origin = with_pages(provenance_of(loaded, command), drawn=bool(drawn))

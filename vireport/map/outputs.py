@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vireport.report.rendering import render_files
 from vireport.scenario.loading import Loaded, LoadedMap
 from vireport.study.plan import Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of, with_pages
@@ -71,4 +70,6 @@ def drawn(output: MapOutput, draw: Callable[[], Iterable[Picture]]) -> Mapping[s
 
 def page_files(report: MapReport, output: MapOutput) -> dict[str, bytes]:
     """The page and the figures of a map by their names."""
+    from vireport.report.rendering import render_files
+
     return render_files(report, {*output.formats}, output.paper)

@@ -9,11 +9,8 @@ from vireport.base.records import plain
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import PageSettings, file_names
 from vireport.paper.opening import paper_opening
-from vireport.paper.page import PaperReport
 from vireport.paper.reproduction import ReproducedPaper, reproduce_paper
 from vireport.paper.results import paper_data
-from vireport.paper.validation import paper_rows, validate, validation_table
-from vireport.report.rendering import render_files
 from vireport.study.plan import FIGURE_FORMATS, Task, page_and_figure_files
 from vireport.study.provenance import Provenance, provenance_of_several, with_pages
 from vireport.study.results import json_bytes
@@ -52,6 +49,9 @@ def paper_outcome(
         with drawn_for(Sheet.of(pages.width_mm)):
             drawn = {picture.name: picture for picture in paper_pictures(paper, pages.templates)}
         say("setting the report")
+        from vireport.paper.page import PaperReport
+        from vireport.report.rendering import render_files
+
         report = PaperReport(paper, drawn, with_pages(provenance, drawn=True), pages.templates)
         files |= render_files(report, formats, pages.paper)
     if Task.JSON in formats:
@@ -65,6 +65,8 @@ def paper_outcome(
 
 def validation_outcome(templates: Path | None, say: Progress) -> CommandOutcome:
     """What the paper and others have published beside what is computed here, as a table; misprints do not count."""
+    from vireport.paper.validation import paper_rows, validate, validation_table
+
     others = validate(say)
     table = validation_table([*paper_rows(reproduce_paper((), say)), *others], templates)
     differing = [f"{row.source.name}, {row.what}" for row in others if not row.agrees]
