@@ -42,6 +42,7 @@ ROWS: Mapping[str, AdditionRow] = {
     "membranes": AdditionRow(("findings.membranes",), ("finding",), after=("checks",)),
     "driven": AdditionRow(("findings.driven",), ("finding",)),
     "proofs": AdditionRow(("findings.proofs",), ("finding",), after=("outcomes",)),
+    "escape": AdditionRow(("findings.escape",), ("finding", "keys"), after=("outcomes",)),
     "tolerances": AdditionRow(("findings.tolerances",), ("finding", "keys")),
     "paper": AdditionRow(("paper",), ("command",)),
     "identify": AdditionRow(("identify",), ("command",)),

@@ -67,6 +67,9 @@ RECORD, MANY_DEVICES = "excitation.record", ("design", "map")
 PROVE = "disturbances.prove"
 """What is not proved of such a force."""
 
+ESCAPE, KICKS, LASTS = "disturbances.escape", "disturbances.jitter_m_s", "requirements.lasts_at_least_periods"
+"""How long a motion lasts under kicks, the kicks, and what is required of that."""
+
 FRICTION, EXPONENT, STATED = "device.friction", "device.restitution_exponent", "device.restitution_speed_m_s"
 
 
@@ -207,7 +210,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
     specific = (
         (_required_in_map, _axes, _cells)
         if "map" in model.model_fields
-        else (_required, _sweep, _simulation, _tolerances, _starts, _measured, _effects, _design)
+        else (_required, _sweep, _simulation, _tolerances, _starts, _measured, _effects, _escape, _design)
     )
     rules = (
         *specific,
@@ -366,8 +369,9 @@ def _special(tree: _Tree) -> Iterator[Finding]:
         for path in special.blocks:
             if not tree.absent(path) or path in tree.bare:
                 yield _rule(path, special.alone)
-        if "disturbances" not in special.blocks and tree.at(PROVE) is True:
-            yield _rule(PROVE, special.alone)
+        for path in (PROVE, ESCAPE):
+            if "disturbances" not in special.blocks and tree.at(path) is True:
+                yield _rule(path, special.alone)
         for key in PLAIN_REQUIREMENTS:
             if tree.at(f"requirements.{key}") not in (None, False):
                 yield _rule(f"requirements.{key}", special.alone)
@@ -650,6 +654,14 @@ def _at_design(tree: _Tree, stated: dict[str, str]) -> Iterator[Finding]:
                 stated[key],
                 f"the design point at which it is judged is not given (give {tree.swept.path}, or leave this out)",
             )
+
+
+def _escape(tree: _Tree) -> Iterator[Finding]:
+    """Motions end under kicks where there are some, and last as long as is required where that is found out."""
+    if tree.at(ESCAPE) is True and tree.absent(KICKS):
+        yield _rule(ESCAPE, f"{KICKS} is not given (give it, or leave this out)")
+    if tree.at(LASTS) is not None and LASTS not in tree.wrong and tree.at(ESCAPE) is not True:
+        yield _rule(LASTS, f"a lifetime needs {ESCAPE}, which is not true (true, or leave this out)")
 
 
 def _design(tree: _Tree) -> Iterator[Finding]:

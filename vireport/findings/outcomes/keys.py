@@ -55,6 +55,14 @@ class DisturbancesBlock(Block):
         "Whether to draw which impacts on the bottom membrane lead to which motion, and to give the share of each.",
         example=True,
     )
+    escape: bool = key(
+        False,
+        "Escape",
+        "",
+        "Whether to find out how long the stable 1:1 motions last until random kicks, jitter_m_s, lead out of them.",
+        addition="escape",
+        example=True,
+    )
 
 
 KEYS = {

@@ -1,0 +1,1 @@
+"""Escape: how long a motion lasts under random kicks."""

@@ -1,0 +1,281 @@
+"""How long the stable 1:1 motions of a design point last under random kicks, and what they come to then."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from enum import StrEnum
+from math import exp, hypot, inf, log, sqrt
+
+import numpy as np
+from msgspec import Struct
+
+from vireport.base.errors import NumericalError
+from vireport.base.records import brief
+from vireport.design.solution import Solution
+from vireport.findings.escape.least_kicks import LeastKicks, edge_rows, least_kicks
+from vireport.findings.escape.lifetimes import ESCAPES, Lifetime, ReturnGrid, lifetime
+from vireport.findings.outcomes.returning import Recogniser, patient
+from vireport.findings.outcomes.shock import MotionsByStability
+from vireport.findings.outcomes.withstood import motions_by_stability
+from vireport.physics.groups import Groups, by_wall
+from vireport.physics.motion import Motion
+from vireport.scenario.parameters import Parameter
+
+BUDGET, LEVEL_BUDGET = 8_000_000, 3_000_000
+"""Impacts that are simulated with the kicks of the scenario, and with larger ones at each level; a million takes some
+0.4 s on one core. Beyond, the law for small kicks is used."""
+
+LEVELS, LEVEL_ESCAPES = range(2, 9), 400
+"""Values of Q/sigma^2 at which the law's factor is found, and escapes that are waited for at each."""
+
+SOME_TENS, ENOUGH = 20.0, 3
+"""Forcing periods that a motion must last at a level for the law to be near, and levels that the factor takes."""
+
+LONGEST = 700.0
+"""Logarithm of a number of periods that is beyond any use, and near the largest that a double has."""
+
+INTERVAL = 1.96
+"""Half of an interval of 95 % over the standard error."""
+
+SEED = 20261129
+"""Of the kicks, in every run the same."""
+
+
+class Unlimited(StrEnum):
+    """Why no number of periods is given."""
+
+    BEYOND_USE = "it lasts longer than any number of periods that is of use"
+    NO_WAY_OUT = "no kick that was tried leads out of the motion, and no ball left it"
+    TOO_LONG = "too few balls left the motion in the impacts that were simulated, and no law for small kicks is known"
+    NO_BOUNCE = "a ball that does not bounce leaves a membrane with no velocity"
+
+
+class Law(Struct, frozen=True):
+    """The law for small kicks, ln T = a + Q/sigma^2, with T in forcing periods.
+
+    Attributes
+    ----------
+    exponent : float
+        Q [y_c^2].
+    offset, error : float
+        a, and its standard error: that of a line through a + b sigma^2 and, as the kicks of the levels are not small
+        enough, the b sigma^2 that is left at the smallest.
+    """
+
+    exponent: float
+    offset: float
+    error: float
+
+    def log_periods(self, kick: float) -> float:
+        """Logarithm of the mean time under kicks of a standard deviation [y_c], in forcing periods."""
+        return self.offset + self.exponent / kick**2
+
+
+class MotionEscape(Struct, frozen=True, eq=False):
+    """How long one motion lasts under kicks.
+
+    Attributes
+    ----------
+    motion : Motion
+    kick : float
+        Standard deviation of the kicks [y_c].
+    way : LeastKicks or None
+        The least kicks that lead out; None where none were found.
+    levels : tuple of Lifetime
+        Simulated with larger kicks, for the law.
+    law : Law or None
+    simulated : Lifetime or None
+        With the kicks themselves, where that does not take too long.
+    ends : tuple of (str, float)
+        What those that left come to, and shares; with the kicks themselves, or else the smallest of the levels.
+    checked, wrong : int
+        Impacts that count as returning of which it was checked, and of which it was not so.
+    unknown : str
+        Why nothing was found out; "" otherwise.
+    """
+
+    motion: Motion
+    kick: float
+    way: LeastKicks | None = None
+    levels: tuple[Lifetime, ...] = ()
+    law: Law | None = None
+    simulated: Lifetime | None = None
+    ends: tuple[tuple[str, float], ...] = ()
+    checked: int = 0
+    wrong: int = 0
+    unknown: str = ""
+
+    __repr__ = brief
+
+    @property
+    def extrapolated(self) -> bool:
+        """Whether the number of periods is by the law for small kicks."""
+        return self.simulated is None and self.law is not None
+
+    @property
+    def log_periods(self) -> float:
+        """Logarithm of the mean number of forcing periods; inf where that is not known, or beyond any use."""
+        if self.simulated is not None:
+            return log(self.simulated.mean) if self.simulated.mean < inf else inf
+        return inf if self.law is None else self.law.log_periods(self.kick)
+
+    @property
+    def periods(self) -> float | None:
+        """Mean number of forcing periods; None with the `reason`."""
+        return None if self.reason else exp(self.log_periods)
+
+    @property
+    def interval(self) -> tuple[float | None, float | None]:
+        """The ends of its 95 % interval; only the lower one where no ball, or too few, left the motion."""
+        if self.simulated is not None:
+            low, high = self.simulated.interval
+            return low, None if high == inf else high
+        if self.law is None or self.reason:
+            return None, None
+        half = INTERVAL * self.law.error
+        return exp(self.log_periods - half), exp(min(self.log_periods + half, LONGEST))
+
+    @property
+    def reason(self) -> str:
+        """Why there is no number of periods; "" where there is one."""
+        if self.unknown:
+            return self.unknown
+        if self.law is not None and self.simulated is None:
+            return Unlimited.BEYOND_USE if self.log_periods > LONGEST else ""
+        if self.log_periods < inf:
+            return ""
+        return Unlimited.NO_WAY_OUT if self.way is None else Unlimited.TOO_LONG
+
+    @property
+    def shape(self) -> Lifetime | None:
+        """The simulation that tells how the times are distributed: with the kicks, or the smallest of the levels."""
+        return self.simulated or (self.levels[-1] if self.levels else None)
+
+
+class Escape(Struct, frozen=True, eq=False):
+    """How long the stable 1:1 motions of a design point last.
+
+    Attributes
+    ----------
+    motions : tuple of MotionEscape
+        At least one.
+    kick_m_s, velocity_unit : float
+        Standard deviation of the kicks, and y_c [m/s].
+    frequency_hz : float
+    """
+
+    motions: tuple[MotionEscape, ...]
+    kick_m_s: float
+    velocity_unit: float
+    frequency_hz: float
+
+    __repr__ = brief
+
+    @property
+    def shortest(self) -> MotionEscape:
+        """The motion that lasts least; one of which nothing is known counts as that."""
+        return min(self.motions, key=lambda of: -inf if of.unknown else of.log_periods)
+
+    @property
+    def drawn(self) -> MotionEscape | None:
+        """The one of them with a law that lasts least; None where no law is known."""
+        known = [of for of in self.motions if of.law is not None]
+        return min(known, key=lambda of: of.log_periods, default=None)
+
+    def time_s(self, periods: float) -> float:
+        """The time that some forcing periods take [s]."""
+        return periods / self.frequency_hz
+
+
+def escape_of(solution: Solution, kick_m_s: float) -> Escape | None:
+    """Find out how long the stable 1:1 motions of the design point last under kicks; None where there are none.
+
+    Parameters
+    ----------
+    solution : Solution
+    kick_m_s : float
+        Standard deviation of the velocity that is added just after each impact [m/s].
+    """
+    design, device = solution.design, solution.device.constant_restitution("how long a motion lasts under kicks")
+    if design is None or not design.motions.stable_mask.any():
+        return None
+    at = Parameter.LENGTH, device.length_m
+    groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
+    motions = motions_by_stability(design, device)
+    lasting = tuple(escape_from(groups, motion, motions, kick_m_s / unit) for motion in motions.stable)
+    return Escape(lasting, kick_m_s, unit, float(device.frequency_hz))
+
+
+def escape_from(groups: Groups[float], motion: Motion, motions: MotionsByStability, kick: float) -> MotionEscape:
+    """Find out how long a motion lasts under kicks, by simulation or by the law for small ones.
+
+    Parameters
+    ----------
+    groups : Groups
+        Of the device; without friction.
+    motion : Motion
+        Stable.
+    motions : MotionsByStability
+        This one, and others of the device.
+    kick : float
+        Standard deviation [y_c].
+    """
+    if 0 in by_wall(groups.restitution):
+        return MotionEscape(motion, kick, unknown=Unlimited.NO_BOUNCE)
+    others = [other for other in motions.stable if other is not motion]
+    try:
+        recognise = Recogniser(groups, [motion, *others])
+        # What kicks lead to is learnt before, so that a ball there is known after a few impacts.
+        recognise(edge_rows(groups, motion))
+        cores = patient(groups, recognise.cores, motions.unstable)
+    except NumericalError as error:  # too near a critical point
+        return MotionEscape(motion, kick, unknown=str(error))
+    way = least_kicks(groups, cores)
+    exponent = kick**2 if way is None else way.path.exponent
+    grid = ReturnGrid(groups, cores, max(kick, sqrt(exponent / LEVELS[0])))
+    levels = () if way is None else tuple(_levels(grid, exponent))
+    law = _law(exponent, levels)
+    simulated = None
+    if law is None or law.log_periods(kick) < log(BUDGET / (ESCAPES * len(motion.word) / motion.word.periods)):
+        simulated = lifetime(grid, kick, SEED, BUDGET)
+    shown = simulated or levels[-1]
+    return MotionEscape(
+        motion, kick, way, levels, law, simulated, _ends(recognise, shown.left), grid.checked, grid.wrong
+    )
+
+
+def _levels(grid: ReturnGrid, exponent: float) -> Iterator[Lifetime]:
+    """Lifetimes under larger kicks, as long as they are simulated in a short time."""
+    for number, ratio in enumerate(LEVELS):
+        level = lifetime(grid, sqrt(exponent / ratio), SEED + number + 1, LEVEL_BUDGET, LEVEL_ESCAPES)
+        if level.late < LEVEL_ESCAPES and len(level.staying):
+            break
+        yield level
+        # From level to level they grow by e.
+        if exp(1) * level.impacts > LEVEL_BUDGET:
+            break
+
+
+def _law(exponent: float, levels: Sequence[Lifetime]) -> Law | None:
+    """The law by the levels at which the motion lasts long enough; None of fewer than `ENOUGH`."""
+    used = [level for level in levels if level.mean >= SOME_TENS]
+    if len(used) < ENOUGH:
+        return None
+    variance = np.array([level.kick**2 for level in used])
+    left, weight = [np.log([level.mean for level in used]) - exponent / variance], 1 / np.array([x.error for x in used])
+    columns = weight[:, None] * np.stack([np.ones(len(used)), variance / variance[-1]], axis=1)
+    covariance = np.linalg.inv(columns.T @ columns)
+    offset, slope = covariance @ columns.T @ (weight * left[0])
+    return Law(exponent, float(offset), hypot(sqrt(covariance[0, 0]), float(slope)))
+
+
+def _ends(recognise: Recogniser, left: np.ndarray) -> tuple[tuple[str, float], ...]:
+    """What impacts lead to, with shares, the largest first."""
+    if not len(left):
+        return ()
+    counted = Counter(recognise(left).tolist())
+    names: Counter[str] = Counter()
+    for place, count in counted.items():
+        names[recognise.outcomes[place].name] += count
+    return tuple((name, count / len(left)) for name, count in names.most_common())

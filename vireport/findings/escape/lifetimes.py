@@ -1,0 +1,288 @@
+"""How long a motion lasts under random kicks of one size, by many balls in lockstep.
+
+A ball has left when its undisturbed continuation after a kick would not return. Whether it would is looked up on a grid
+over the impacts about the motion, and followed wherever the grid does not clearly say that it does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, inf, log, pi, sqrt
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from vireport.base.records import brief
+from vireport.base.shares import OUTSIDE
+from vireport.findings.escape.least_kicks import impact_rows, kicked, leaving
+from vireport.findings.outcomes.deviations import chained, flight_matrices, growth, kick_effects, stationary
+from vireport.findings.outcomes.returning import Core
+from vireport.physics.groups import Groups
+from vireport.physics.motion import Motion
+from vireport.physics.numbers import wrapped
+from vireport.simulation.events import check_model, follow_impacts
+from vireport.simulation.kernel import FLIGHT, PHASE, RIDING, SETTLING, VELOCITY, WALL
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+CELLS, REACH = 128, 6.0
+"""Cells of the grid along either axis, and standard deviations of the linear spread that it reaches either way."""
+
+UNKNOWN, BOUNDARY, RETURNS = -1, 0, 1
+"""What is known of a cell."""
+
+BALLS, ESCAPES = 4096, 1000
+"""Balls that are followed together, and escapes after the transient that are enough: a mean is known to 3 %."""
+
+CHECKED = 64
+"""Of so many impacts that the grid says to return, one is followed."""
+
+PAST = 0.01
+"""What is left of a small disturbance after the transient."""
+
+GROUPS, FEWEST = 10, 50
+"""Groups of periods in which escapes are counted, at most, and escapes from which on their rates are compared."""
+
+
+class ReturnGrid:
+    """What impacts about a motion return to it, undisturbed: a grid that is filled where it is asked.
+
+    A cell counts as one of return only if it and the cells about it have corners that all return; all other impacts
+    are followed. So no ball is said to have left that was not followed, and a part of the basin's outside is passed
+    over only where it is thinner than a cell.
+
+    Attributes
+    ----------
+    followed, checked, wrong : int
+        Impacts that were followed, and those of cells of return that were followed to check these: how many, and how
+        many of them do not return.
+    """
+
+    def __init__(self, groups: Groups[float], cores: Sequence[Core], kick: float) -> None:
+        self.groups, self.cores, self.motion = groups, cores, cores[0].motion
+        self.followed = self.checked = self.wrong = 0
+        self.half = _reach(groups, self.motion, kick)
+        self.corner = np.full((len(self.half), CELLS + 3, CELLS + 3), UNKNOWN, dtype=np.int8)
+        self.cell = np.full((len(self.half), CELLS, CELLS), UNKNOWN, dtype=np.int8)
+
+    def leaving(self, rows: Floats) -> Mask:
+        """Which impacts, rows of `check_start`, do not return."""
+        known = np.zeros(len(rows), dtype=bool)
+        for impact, wall in enumerate(self.motion.word.walls):
+            at = np.flatnonzero(rows[:, 0] == wall)
+            off = np.stack([wrapped(rows[at, 3] - self.motion.phase[impact]) / pi, rows[at, 2]])
+            off[1] -= self.motion.velocity[impact]
+            place = (off / self.half[impact][:, None] + 1) * (CELLS / 2)
+            inside = ((place >= 0) & (place < CELLS)).all(axis=0)
+            column, row = place[:, inside].astype(np.intp)
+            unknown = self.cell[impact, column, row] == UNKNOWN
+            if unknown.any():
+                self._fill(impact, wall, np.unique(column[unknown] * CELLS + row[unknown]))
+            known[at[inside]] = self.cell[impact, column, row] == RETURNS
+        out, doubtful, trusted = np.zeros(len(rows), dtype=bool), np.flatnonzero(~known), np.flatnonzero(known)
+        # As many of those that the grid answers are followed as well, here and there.
+        some = trusted[::CHECKED]
+        self.followed += len(doubtful)
+        self.checked += len(some)
+        asked = np.concatenate([doubtful, some])
+        if len(asked):
+            out[asked] = leaving(self.groups, rows[asked], self.cores)
+            self.wrong += int(out[some].sum())
+        return out
+
+    def _fill(self, impact: int, wall: int, cells: NDArray[np.intp]) -> None:
+        """Find out what is known of some cells, by their corners and those of the cells about them."""
+        offsets = np.arange(4)
+        column, row = (
+            part[:, None, None] + shift
+            for part, shift in zip(np.divmod(cells, CELLS), (offsets[:, None], offsets[None]), strict=True)
+        )
+        column, row = np.broadcast_arrays(column, row)
+        needed = np.unique(column * (CELLS + 3) + row)
+        new = needed[self.corner[impact].ravel()[needed] == UNKNOWN]
+        at = (np.stack(np.divmod(new, CELLS + 3)) - 1) * (2 / CELLS) - 1
+        time, speed = at * self.half[impact][:, None]
+        phase, velocity = self.motion.phase[impact] + pi * time, self.motion.velocity[impact] + speed
+        # A velocity away from the membrane is that of no impact.
+        label, possible = np.full(len(new), BOUNDARY, dtype=np.int8), wall * velocity > 0
+        rows = impact_rows(wall, phase[possible], velocity[possible])
+        label[possible] = np.where(leaving(self.groups, rows, self.cores), BOUNDARY, RETURNS)
+        self.corner[impact].ravel()[new] = label
+        agree = (self.corner[impact, column, row] == RETURNS).all(axis=(1, 2))
+        self.cell[impact].ravel()[cells] = np.where(agree, RETURNS, BOUNDARY)
+
+
+def _reach(groups: Groups[float], motion: Motion, kick: float) -> Floats:
+    """How far a grid reaches in time [t_c] and velocity [y_c] at each impact, (N, 2), by the linear spread of kicks."""
+    matrices, effects = flight_matrices(groups, motion), kick_effects(groups, motion)
+    gathered = np.zeros((2, 2))
+    for matrix, effect in zip(matrices, effects, strict=True):
+        gathered = matrix @ gathered @ matrix.T + np.outer(effect, effect)
+    spread, half = stationary(chained(matrices), gathered), []
+    for wall, matrix, effect in zip(motion.word.walls, matrices, effects, strict=True):
+        # A kick k after an impact is a velocity before it that is off by k/r.
+        variance = spread.diagonal() + np.array([0.0, groups.restitution_at(wall) ** -2])
+        half.append(REACH * kick * np.sqrt(variance))
+        spread = matrix @ spread @ matrix.T + np.outer(effect, effect)
+    return np.minimum(half, [1.0, inf])
+
+
+class Lifetime(Struct, frozen=True, eq=False):
+    """How long balls stayed with a motion under kicks of one size; times in forcing periods.
+
+    Attributes
+    ----------
+    kick : float
+        Standard deviation of the kicks [y_c].
+    transient : float
+        Time after which little is left of the beginning.
+    escaped : ndarray (n,)
+        Times of the escapes, ascending.
+    laps : ndarray of int (n,)
+        Whole periods of the motion after the transient that went before each of them; negative in the transient.
+    staying : ndarray (m,)
+        Times up to which the others were followed.
+    followed_laps : int
+        Whole periods of the motion after the transient in which all of the others were.
+    left : ndarray (n, 4)
+        The impacts, rows of `check_start`, from which those that escaped do not return.
+    impacts : int
+        Simulated in all.
+    """
+
+    kick: float
+    transient: float
+    escaped: Floats
+    laps: NDArray[np.int64]
+    staying: Floats
+    followed_laps: int
+    left: Floats
+    impacts: int
+
+    __repr__ = brief
+
+    @property
+    def late(self) -> int:
+        """Escapes after the transient."""
+        return int((self.escaped > self.transient).sum())
+
+    @property
+    def mean(self) -> float:
+        """Mean time to the escape; inf where there was none."""
+        return self._estimate()[0]
+
+    @property
+    def error(self) -> float:
+        """Standard error of the logarithm of the mean."""
+        mean, error = self._estimate()
+        return error / mean
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The ends of the 95 % interval of the mean."""
+        from scipy.special import gammaincinv  # type: ignore[import-untyped]
+
+        mean, error = self._estimate()
+        if mean == inf:  # with none in all the time, that of a rate by which none has 2.5 %
+            return float(self.escaped.sum() + self.staying.sum()) / -log(OUTSIDE), inf
+        # The mean of so many exponential times has this relative error.
+        count = (mean / error) ** 2
+        low, high = (mean * count / float(gammaincinv(count, end)) for end in (1 - OUTSIDE, OUTSIDE))
+        return low, high
+
+    def _estimate(self) -> tuple[float, float]:
+        """The mean time and its standard error.
+
+        Up to the end of the transient times are as they were. After it their mean is the time that all balls spent over
+        the escapes, whether the others were waited for or not.
+        """
+        every = np.concatenate([self.escaped, self.staying])
+        later = np.maximum(every - self.transient, 0.0)
+        passes = later > 0
+        if not self.late and passes.any():
+            return inf, inf
+        residual = float(later.sum()) / self.late if self.late else 0.0
+        part = np.minimum(every, self.transient) + residual * passes
+        # What the balls have behind them at that end, and how long they stay from there on, are independent.
+        variance = float(part.var()) / len(every)
+        if self.late:
+            variance += (float(passes.mean()) * residual) ** 2 / self.late
+        return float(part.mean()), sqrt(variance)
+
+    @property
+    def p_value(self) -> float | None:
+        """Probability that escapes at a steady rate after the transient differ as much as these from one; None of few.
+
+        By the chi-square of escapes in up to `GROUPS` groups of periods with about as many each. Whole periods have one
+        rate, whichever impact it is after which most balls leave; a steady one makes the times exponential.
+        """
+        from scipy.special import chdtrc
+
+        counts = np.bincount(self.laps[(self.laps >= 0) & (self.laps < self.followed_laps)])
+        total = int(counts.sum())
+        if total < FEWEST:
+            return None
+        before = np.cumsum(counts) - counts
+        at_risk = len(self.staying) + int((self.laps >= 0).sum()) - before
+        rate = total / float(at_risk.sum())
+        group = np.minimum(before * GROUPS // total, GROUPS - 1)
+        seen, spent = np.bincount(group, counts), np.bincount(group, at_risk)
+        used = spent > 0
+        expected = rate * spent[used]
+        square = float(((seen[used] - expected) ** 2 / (expected * (1 - rate))).sum()) if rate < 1 else 0.0
+        return float(chdtrc(used.sum() - 1, square)) if used.sum() > 1 else None
+
+
+def lifetime(
+    grid: ReturnGrid, kick: float, seed: int, budget: int, escapes: int = ESCAPES, balls: int = BALLS
+) -> Lifetime:
+    """Follow balls from a motion under kicks until enough of them have left it.
+
+    Parameters
+    ----------
+    grid : ReturnGrid
+        Of the motion.
+    kick : float
+        Standard deviation of the normal kicks [y_c], added to the velocity just after each impact from the second one
+        on, independent of one another.
+    seed : int
+        Of the kicks.
+    budget : int
+        Impacts after which none is waited for.
+    escapes : int
+        After the transient that are enough.
+    balls : int
+        That begin at the first impact of the motion.
+    """
+    groups, motion, random = grid.groups, grid.motion, np.random.default_rng(seed)
+    laps = transient_laps(groups, motion)
+    model, count = np.repeat(check_model(groups), balls, axis=0), len(motion.word)
+    states = np.repeat(impact_rows(motion.word.walls[0], motion.phase[:1], motion.velocity[:1]), balls, axis=0)
+    age, step, impacts, late = np.zeros(balls), 0, 0, 0
+    times, before, left = [np.zeros(0)], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 4))]
+    while len(states) and impacts < budget and (late < escapes or step < (laps + GROUPS) * count):
+        rows, _ = follow_impacts(model[: len(states)], states, 1, 2)
+        impacts, step, last = impacts + len(states), step + 1, rows[:, 1]
+        age = age + (rows[:, 1, FLIGHT] + rows[:, 0, SETTLING] + rows[:, 0, RIDING]) / 2
+        kicks = kick * random.standard_normal(len(last))
+        states = impact_rows(last[:, WALL], last[:, PHASE], kicked(groups, last[:, WALL], last[:, VELOCITY], kicks))
+        out = grid.leaving(states)
+        if out.any():
+            times.append(age[out])
+            before.append(np.full(int(out.sum()), (step - 1) // count - laps))
+            left.append(states[out])
+            late += int(out.sum()) if before[-1][0] >= 0 else 0
+            states, age = states[~out], age[~out]
+    transient = float(laps * motion.word.periods)
+    # Of those that have all left, the last lap is not cut off.
+    whole = step // count - laps if len(states) else step
+    parts = np.concatenate(times), np.concatenate(before), age, whole, np.concatenate(left)
+    return Lifetime(kick, transient, *parts, impacts)
+
+
+def transient_laps(groups: Groups[float], motion: Motion) -> int:
+    """Periods of a motion until `PAST` is left of a small disturbance."""
+    slowest = growth(chained(flight_matrices(groups, motion)))
+    return max(ceil(log(PAST) / log(slowest)), 1) if slowest > 0 else 1
