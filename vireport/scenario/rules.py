@@ -660,8 +660,8 @@ def _escape(tree: _Tree) -> Iterator[Finding]:
     """Motions end under kicks where there are some, and last as long as is required where that is found out."""
     if tree.at(ESCAPE) is True and tree.absent(KICKS):
         yield _rule(ESCAPE, f"{KICKS} is not given (give it, or leave this out)")
-    if tree.at(LASTS) is not None and LASTS not in tree.wrong and tree.at(ESCAPE) is not True:
-        yield _rule(LASTS, f"a lifetime needs {ESCAPE}, which is not true (true, or leave this out)")
+    if tree.at(LASTS) is not None and LASTS not in tree.wrong and tree.absent(ESCAPE):
+        yield _rule(LASTS, f"a lifetime needs {ESCAPE}, which is not given (give it, or leave this out)")
 
 
 def _design(tree: _Tree) -> Iterator[Finding]:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from tests.findings.escape.own_loop import times_until_escape
 from tests.findings.outcomes.devices import Case, case, of
 from vireport.findings.escape import escape
-from vireport.findings.escape.escape import Law, Unlimited, escape_from
+from vireport.findings.escape.escape import SmallKickLaw, Unlimited, escape_from
 from vireport.findings.escape.least_kicks import impact_rows, kicked, least_kicks, leaving
 from vireport.findings.escape.lifetimes import Lifetime, ReturnGrid, lifetime
 from vireport.findings.outcomes.returning import Core, core_of, patient
@@ -224,4 +224,4 @@ def test_the_law_is_a_line_in_the_inverse_variance() -> None:
     # The error of four means of 400 times each, and of what is left of the second term.
     assert law.error == pytest.approx(0.085, rel=0.1)
     assert escape._law(0.004, levels[:2]) is None
-    assert Law(0.004, 2.0, 0.1).log_periods(0.02) == pytest.approx(12.0)
+    assert SmallKickLaw(0.004, 2.0, 0.1).log_periods(0.02) == pytest.approx(12.0)

@@ -51,7 +51,7 @@ class Unlimited(StrEnum):
     NO_BOUNCE = "a ball that does not bounce leaves a membrane with no velocity"
 
 
-class Law(Struct, frozen=True):
+class SmallKickLaw(Struct, frozen=True):
     """The law for small kicks, ln T = a + Q/sigma^2, with T in forcing periods.
 
     Attributes
@@ -84,7 +84,7 @@ class MotionEscape(Struct, frozen=True, eq=False):
         The least kicks that lead out; None where none were found.
     levels : tuple of Lifetime
         Simulated with larger kicks, for the law.
-    law : Law or None
+    law : SmallKickLaw or None
     simulated : Lifetime or None
         With the kicks themselves, where that does not take too long.
     ends : tuple of (str, float)
@@ -99,7 +99,7 @@ class MotionEscape(Struct, frozen=True, eq=False):
     kick: float
     way: LeastKicks | None = None
     levels: tuple[Lifetime, ...] = ()
-    law: Law | None = None
+    law: SmallKickLaw | None = None
     simulated: Lifetime | None = None
     ends: tuple[tuple[str, float], ...] = ()
     checked: int = 0
@@ -257,7 +257,7 @@ def _levels(grid: ReturnGrid, exponent: float) -> Iterator[Lifetime]:
             break
 
 
-def _law(exponent: float, levels: Sequence[Lifetime]) -> Law | None:
+def _law(exponent: float, levels: Sequence[Lifetime]) -> SmallKickLaw | None:
     """The law by the levels at which the motion lasts long enough; None of fewer than `ENOUGH`."""
     used = [level for level in levels if level.mean >= SOME_TENS]
     if len(used) < ENOUGH:
@@ -267,7 +267,7 @@ def _law(exponent: float, levels: Sequence[Lifetime]) -> Law | None:
     columns = weight[:, None] * np.stack([np.ones(len(used)), variance / variance[-1]], axis=1)
     covariance = np.linalg.inv(columns.T @ columns)
     offset, slope = covariance @ columns.T @ (weight * left[0])
-    return Law(exponent, float(offset), hypot(sqrt(covariance[0, 0]), float(slope)))
+    return SmallKickLaw(exponent, float(offset), hypot(sqrt(covariance[0, 0]), float(slope)))
 
 
 def _ends(recognise: Recogniser, left: np.ndarray) -> tuple[tuple[str, float], ...]:
