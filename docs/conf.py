@@ -45,6 +45,7 @@ docs/chart
 docs/map
 docs/optimise
 docs/explore
+docs/escape
 docs/identify
 docs/recordings
 docs/paper

@@ -8,7 +8,7 @@ from vireport.findings.escape.lifetimes import Lifetime
 
 
 class LifetimeData(ResultsBlock, frozen=True, kw_only=True):
-    """A simulated mean time under kicks of one size.
+    """The mean time under kicks of one size, simulated.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class MotionEscapeData(ResultsBlock, frozen=True, kw_only=True):
         mean number of forcing periods, and time, until the undisturbed continuation would not return; null as `reason`
         says
     low_95, high_95
-        95 % interval of `periods`; with a `reason` the lower end alone, if any
+        95 % interval of `periods`; where nothing left, and where no number is of use, an end is null
     log_periods
         natural logarithm of `periods`, also if that is null because it is too large
     extrapolated
