@@ -52,7 +52,7 @@ OF_ADDITIONS = {
         "outcomes",
         "verify",
     },
-    "cli/test_readme.py": {"driven", "proofs", "tolerances"},
+    "cli/test_readme.py": {"driven", "escape", "proofs", "tolerances"},
     "comparison/test_compare.py": {"outcomes"},
     "figures/test_figures_for_papers.py": {"compare", "map", "optimise"},
     "figures/test_readable_figures.py": {"checks", "compare", "map", "membranes"},
@@ -66,7 +66,7 @@ OF_ADDITIONS = {
     "measurement/test_signals.py": {"identify", "tolerances"},
     "report/test_in_a_browser.py": {"compare", "identify", "map", "optimise"},
     "scenario/test_bad_scenarios.py": {"checks", "outcomes", "tolerances"},
-    "scenario/test_schema.py": {"checks", "membranes", "outcomes", "tolerances"},
+    "scenario/test_schema.py": {"checks", "escape", "membranes", "outcomes", "tolerances"},
     "simulation/test_impacts_by_speed.py": {"outcomes"},
     "study/test_in_python.py": {"compare", "driven", "outcomes", "tolerances"},
     "study/test_refused.py": {

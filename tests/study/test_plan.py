@@ -28,7 +28,9 @@ SIMULATION = "simulation: {portraits: [0.7], displacement: [0.7], diagram: true}
 OTHERS = "motions: {portraits: [BBT]}\naccuracy: {}\ntolerances: {length_percent: 1}\n"
 OTHERS += "requirements: {margin_any_percent: 5}\n"
 EVERYTHING = f"{DESIGN}{SWEEP}{SIMULATION}{OTHERS}".replace("diagram: true", "diagram: true, follow: up")
-EVERYTHING += "disturbances: {jitter_m_s: 0.01, prove: true, basin: true, escape: true}\n"
+EVERYTHING += "disturbances: {jitter_m_s: 0.01, prove: true, basin: true}\n"
+if "escape" in ADDITIONS:
+    EVERYTHING = EVERYTHING.replace("basin: true", "basin: true, escape: true")
 EVERYTHING += "measured: [{impacts: impacts.csv}]\n"
 EVERYTHING += "design: {maximise: u_ave_v, vary: [{path: device.length_m, from: 0.6, to: 0.8}]}\n"
 EVERYTHING += "".join(f"{block}: {{}}\n" for block in added_keys() if f"\n{block}:" not in EVERYTHING)

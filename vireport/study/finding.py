@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from vireport.base.progress import Progress
 
@@ -22,6 +22,28 @@ if TYPE_CHECKING:
     from vireport.text.patterns import Phrase
 
 Result = TypeVar("Result")
+
+
+class AddedQuantity(NamedTuple):
+    """A number of an addition that comparisons of scenarios and results know.
+
+    Attributes
+    ----------
+    name : str
+        Macro of its words, in the file that is named as the addition.
+    value : float or None
+    unit : str
+    bound : float
+        Of its error.
+    note : str
+        Why there is none.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    bound: float = 0.0
+    note: str = ""
 
 
 class AddedFinding(Generic[Result]):
@@ -87,6 +109,10 @@ class AddedFinding(Generic[Result]):
     def results_within(self, block: DisturbancesData, result: Result | None) -> DisturbancesData:
         """The block of results.json that it extends, with its keys in their places there."""
         return block
+
+    def compared(self, blocks: Mapping[str, Any]) -> Iterable[AddedQuantity]:
+        """What comparisons know of the plain data that results have of additions, by their keys."""
+        return ()
 
     def requirements(self) -> Iterable[Requirement]:
         """What can be required of it: a row for each of its keys in the block `requirements`."""

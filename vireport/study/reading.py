@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vireport.base.errors import MOST_MISTAKES, UsageError
 from vireport.scenario.parameters import DRIVING
@@ -75,7 +76,8 @@ def read_results(data: object, name: str) -> Results:
         raise UsageError(f"{name}: schema_version {text} is not understood (allowed: {SCHEMA_VERSION})")
     _require_finite(data, name)
     keys = read_record(data["scenario"], ScenarioKeys, name, "scenario")
-    results = read_record(data, Results, name)
+    blocks = {key: block for key, block in data.items() if key not in Results.__struct_encode_fields__}
+    results = replace(read_record(data, Results, name), added=blocks)
     if incomplete := [*_not_stated(keys), *_incomplete(results, keys.device.ball_mass_kg is not None)]:
         raise ResultsError(name, incomplete)
     return results

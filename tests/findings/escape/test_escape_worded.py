@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from tests.findings.escape.test_lifetimes import of_times
 from tests.findings.outcomes.devices import case
 from tests.pages import Page, render_html
-from vireport import ScenarioError, UsageError, analyse, load, loads
+from vireport import ScenarioError, UsageError, analyse, diff, load, loads
 from vireport.base.errors import NumericalError
 from vireport.base.records import plain
 from vireport.findings.escape.escape import Escape, MotionEscape, SmallKickLaw, Unlimited
@@ -177,7 +177,7 @@ def test_results_have_numbers_or_reasons() -> None:
     assert law["kicks_m_s"] == pytest.approx([0.24, 0.32])
     assert data[0]["levels"][0]["kick_m_s"] == pytest.approx(0.2)
     assert data[0]["ends"] == [{"name": "chaotic", "share": 0.75}, {"name": "at rest", "share": 0.25}]
-    assert FINDING.results(None, None) == {"escape": None}
+    assert FINDING.results(None, None) == {}
 
 
 def judged(of: MotionEscape, least: float):
@@ -276,3 +276,23 @@ def test_the_section_is_in_the_report() -> None:
     assert said("lasting", found, found.shortest) in text
     assert said("ends", found.shortest).replace("*", "") in text
     assert said("law", found, found.shortest).replace("*", "") in text
+
+
+def test_comparisons_know_the_motion_that_lasts_least() -> None:
+    def compared(*of: MotionEscape) -> list[tuple[object, ...]]:
+        return [tuple(row) for row in FINDING.compared({"escape": plain(escape_data(escape(*of)))})]
+
+    low, high = SIMULATED.interval
+    periods, half = pytest.approx(SIMULATED.periods), pytest.approx((high - low) / 2)
+    assert compared(EXTRAPOLATED, SIMULATED, BEYOND) == [("mean_time", periods, "forcing periods", half, "")]
+    assert compared(BEYOND) == [("mean_time", None, "forcing periods", 0.0, Unlimited.BEYOND_USE)]
+    assert list(FINDING.compared({})) == []
+
+
+@pytest.mark.slow
+def test_results_of_an_earlier_run_are_compared() -> None:
+    data = noisy().to_dict()
+    longer = {**data, "escape": {**data["escape"], "motions": [{**data["escape"]["motions"][0], "periods": 9000.0}]}}
+    rows = diff(longer, noisy())
+    (row,) = rows
+    assert "mean time until random kicks lead out of the motion" in str(row)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vireport.base.errors import UsageError
 from vireport.base.progress import Progress
 from vireport.scenario.keys import value_at
-from vireport.study.finding import AddedFinding
+from vireport.study.finding import AddedFinding, AddedQuantity
 from vireport.study.plan import (
     DESIGN,
     NUMBA,
@@ -72,12 +73,20 @@ class EscapeFinding(AddedFinding["Escape"]):
         return escape_of(study.solution, value_at(study.scenario, "disturbances.jitter_m_s"))
 
     def results(self, escape: Escape | None, study: Study) -> AddedBlocks:
-        """The block of the same name; null where it was not computed."""
+        """The block of the same name, where it was computed."""
         if escape is None:
-            return {self.name: None}
+            return {}
         from vireport.findings.escape.results import escape_data
 
         return {self.name: escape_data(escape)}
+
+    def compared(self, blocks: Mapping[str, Any]) -> Iterator[AddedQuantity]:
+        """The number of periods of the motion that lasts least, or why there is none."""
+        motions = blocks.get(self.name, {"motions": []})["motions"]
+        if motions:
+            least = min(motions, key=lambda of: inf if of["periods"] is None else of["periods"])
+            bound = 0.0 if least["periods"] is None else (least["high_95"] - least["low_95"]) / 2
+            yield AddedQuantity("mean_time", least["periods"], "forcing periods", bound, least["reason"] or "")
 
     def requirements(self) -> Iterator[Requirement]:
         """The least number of periods."""

@@ -15,11 +15,12 @@ from typing import Any, Literal
 from msgspec import Struct, convert
 from msgspec.structs import asdict, replace
 
-from vireport.base.records import brief
+from vireport.base.records import brief, plain
 from vireport.design.recovery import NoRecovery
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
 from vireport.scenario.parameters import Parameter, ScalarInput
+from vireport.study.judging.findings import findings
 from vireport.study.result_records import (
     BranchData,
     DesignData,
@@ -283,6 +284,7 @@ def _quantities(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
         # Of two motions that end in one way on one side the nearer margin counts, and so comes last.
         yield from reversed(list(_margins(scenario, design.margins)))
     yield from _disturbances(scenario.results)
+    yield from _of_additions(scenario.results)
     yield from _measured(scenario)
     yield from _voltages(scenario)
 
@@ -418,6 +420,15 @@ def _disturbances(results: Results) -> Iterator[ComparedQuantity]:
         yield replace(LEAST_SHOCK, value=shock.least_jump_m_s)
     elif shock is not None and shock.searched_to_m_s is not None:
         yield replace(LEAST_SHOCK, note=_said("no_shock_up_to", rounded_text(shock.searched_to_m_s)))
+
+
+def _of_additions(results: Results) -> Iterator[ComparedQuantity]:
+    """Read what additions have to be compared."""
+    blocks = plain(results.added)
+    for name, finding in findings().items():
+        for of in finding.compared(blocks):
+            subject = Said(of.name, (), name)
+            yield ComparedQuantity(QuantityGroup.DISTURBANCES, subject, of.value, of.unit, bound=of.bound, note=of.note)
 
 
 def bound_in_d(d: float, value: float, bound: float) -> float:
