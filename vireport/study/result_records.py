@@ -1699,8 +1699,8 @@ class Results(ResultsBlock, frozen=True, kw_only=True):
         those of additions: `certificates`, [proven enclosures](#proved-critical-points); `accuracy`, [error against run
         time](#error-against-run-time); `compliant`, [the motion with compliant membranes](#compliant-membranes);
         `driven`, [what it does under a recorded acceleration](#driven-by-a-record); `escape`, [how long motions last
-        under kicks](escape.md), where that is asked for; `tolerances`, [whether every device within the tolerances works](#tolerances), and the
-        yield
+        under kicks](escape.md), where that is asked for; `tolerances`, [whether every device within the tolerances
+        works](#tolerances), and the yield
     requirements
         [the acceptance table](#requirements-and-alerts); null without requirements
     disturbances

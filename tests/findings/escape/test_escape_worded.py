@@ -146,10 +146,14 @@ def test_the_section_gives_the_law() -> None:
 def test_the_figure_shows_the_kicks_of_the_scenario_or_says_where_they_are() -> None:
     task = AddedTask(FIGURE, "")
     shown = picture(escape(EXTRAPOLATED), task)
-    assert shown.caption.endswith("The kicks of the scenario, 0.2 m/s, are marked.")
-    assert shown.alt.startswith("Chart of the logarithm of the mean number of periods against the inverse square")
-    assert "2 simulations from 1100 to 1100 periods along a straight line, and the kicks of the scenario at ln T" in (
-        shown.alt
+    assert shown.caption == (
+        "Mean number of forcing periods *T* until random kicks of standard deviation σ lead out of the motion. Points: "
+        "simulations, with 95 % intervals; line: the law for small kicks, ln *T* = *a* + *Q*/σ², dashed where it is an "
+        "extrapolation. The kicks of the scenario, 0.2 m/s, are marked."
+    )
+    assert shown.alt == (
+        "Chart of the logarithm of the mean number of periods against the inverse square of the kicks: 2 simulations "
+        "from 1100 to 1100 periods along a straight line, and the kicks of the scenario at ln T = 15."
     )
     beyond = picture(escape(BEYOND), task)
     assert beyond.caption.endswith("The kicks of the scenario, 0.2 m/s, are beyond the axis, at ln *T* = 5000.")
@@ -270,12 +274,14 @@ def test_the_same_scenario_gives_the_same_numbers() -> None:
 @pytest.mark.slow
 def test_the_section_is_in_the_report() -> None:
     study = noisy()
-    page = Page(render_html(Report(study, {}, provenance_of(study.loaded, "test"))))
     found = study.findings["escape"]
+    drawn = {FIGURE: picture(found, AddedTask(FIGURE, ""))}
+    page = Page(render_html(Report(study, drawn, provenance_of(study.loaded, "test"))))
     text = page.text.replace("\u00a0", " ")
     assert said("lasting", found, found.shortest) in text
     assert said("ends", found.shortest).replace("*", "") in text
     assert said("law", found, found.shortest).replace("*", "") in text
+    assert "shows how the time grows as the kicks become smaller." in text
 
 
 def test_comparisons_know_the_motion_that_lasts_least() -> None:

@@ -238,7 +238,8 @@ def escape_from(groups: Groups[float], motion: Motion, motions: MotionsByStabili
     law = _law(exponent, levels)
     simulated = None
     if law is None or law.log_periods(kick) < log(BUDGET / (ESCAPES * len(motion.word) / motion.word.periods)):
-        simulated = lifetime(grid, kick, SEED, BUDGET)
+        # Where nothing was seen to lead out, a long wait is for nothing.
+        simulated = lifetime(grid, kick, SEED, LEVEL_BUDGET if way is None else BUDGET)
     shown = simulated or levels[-1]
     return MotionEscape(
         motion, kick, way, levels, law, simulated, _ends(recognise, shown.left), grid.checked, grid.wrong
