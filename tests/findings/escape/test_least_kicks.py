@@ -8,8 +8,8 @@ from math import log
 import numpy as np
 import pytest
 
-from tests.findings.escape.test_lifetimes import cores_of
-from tests.findings.outcomes.devices import Case, case
+from tests.findings.escape.test_lifetimes import UNLIKE, cores_of
+from tests.findings.outcomes.devices import Case, case, of
 from vireport.findings.escape.least_kicks import (
     KickedPath,
     impact_rows,
@@ -20,10 +20,13 @@ from vireport.findings.escape.least_kicks import (
 )
 from vireport.findings.outcomes.shock import MotionsByStability
 from vireport.findings.outcomes.withstood import least_of
+from vireport.physics.forcing import Harmonic
 from vireport.simulation.events import check_model, follow_impacts
 from vireport.simulation.kernel import PHASE, VELOCITY, WALL
 
 pytest.importorskip("numba")
+
+HARMONIC = case(force=2.2, harmonics=(Harmonic.of(2, 2.0, 30.0), Harmonic.of(3, 2.0, 225.0)))
 
 
 def exponent_of(device: Case, which: int = 0) -> float:
@@ -48,7 +51,9 @@ def driven(device: Case, path: KickedPath, kicks: np.ndarray) -> np.ndarray:
     return states
 
 
-@pytest.mark.parametrize("device", [case(), case(force=3.0, length=1.3), case(force=3.0, length=0.35, inclination=0.0)])
+@pytest.mark.parametrize(
+    "device", [case(force=3.0, length=1.3), case(force=3.0, length=0.3, inclination=0.0), HARMONIC]
+)
 def test_a_little_more_than_the_least_kicks_leads_out_and_a_little_less_does_not(device: Case) -> None:
     cores = cores_of(device)
     path = least_kicks(device.groups, cores).path
@@ -78,10 +83,16 @@ def test_it_is_at_most_half_the_square_of_the_least_shock_after_an_impact() -> N
     assert way.path.exponent == pytest.approx(0.0035456, rel=1e-4)
 
 
-def test_kicks_along_a_motion_are_none() -> None:
-    motion = case().stable[0].times(3)
-    kicks = kicks_along(case().groups, np.array(motion.word.walls), motion.time)
-    assert np.abs(kicks).max() < 1e-12
+@pytest.mark.parametrize("device", [case(), HARMONIC, of(UNLIKE)])
+def test_kicks_along_a_motion_are_none(device: Case) -> None:
+    motion = device.stable[0].times(3)
+    walls = np.array(motion.word.walls)
+    assert np.abs(kicks_along(device.groups, walls, motion.time)).max() < 1e-12
+    # A kick more, and the next impact is sooner by the duration over the velocity there.
+    later = motion.time.copy()
+    later[2] += 1e-6
+    first = kicks_along(device.groups, walls, later)[0]
+    assert first == pytest.approx(-1e-6 * motion.velocity[2] / motion.durations[1], rel=1e-4)
 
 
 def powers(values: list[float]) -> list[float]:

@@ -175,6 +175,10 @@ def test_small_kicks_are_told_by_the_law_and_the_smallest_by_a_reason(monkeypatc
     assert 20 < large.periods < 50
     assert sum(share for _, share in large.ends) == pytest.approx(1)
     assert all(name != "BT every forcing period" for name, _ in large.ends)
+    mirrored = case(force=3.0, length=0.35, inclination=0.0)
+    of_both = MotionsByStability(mirrored.stable, mirrored.unstable)
+    found_of_one = escape_from(mirrored.groups, mirrored.stable[0], of_both, 0.03)
+    assert found_of_one.ends == (("another BT every forcing period", 1.0),)
     law = small.law
     assert small.extrapolated
     assert small.simulated is None
@@ -185,7 +189,7 @@ def test_small_kicks_are_told_by_the_law_and_the_smallest_by_a_reason(monkeypatc
     assert tiny.reason == Unlimited.BEYOND_USE
     assert tiny.interval == (None, None)
     # The law is that of what was simulated.
-    assert log(large.simulated.mean) == pytest.approx(law.log_periods(0.12), abs=0.3)
+    assert log(large.simulated.mean) == pytest.approx(law.log_periods(0.12), abs=2.5 * law.error)
 
 
 @pytest.mark.slow

@@ -278,5 +278,7 @@ def _ends(recognise: Recogniser, left: np.ndarray) -> tuple[tuple[str, float], .
     counted = Counter(recognise(left).tolist())
     names: Counter[str] = Counter()
     for place, count in counted.items():
-        names[recognise.outcomes[place].name] += count
+        name = recognise.outcomes[place].name
+        # A mirror image, say, which has the same word.
+        names[f"another {name}" if place and name == recognise.outcomes[0].name else name] += count
     return tuple((name, count / len(left)) for name, count in names.most_common())
