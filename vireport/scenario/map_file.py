@@ -85,6 +85,13 @@ class MapBlock(Block):
         "Whether to look for the least shock that leads out of the stable motion of each cell.",
         addition="outcomes",
     )
+    escape: bool = key(
+        False,
+        "Escape",
+        "",
+        "Whether to look for the least kicks that lead out of the stable motion of each cell.",
+        addition="escape",
+    )
     chunk_cells: int | None = key(
         None, "Chunk", "1", "Cells that are computed and stored at once.", example=32768, ge=1, le=LARGEST_CHUNK
     )

@@ -238,7 +238,7 @@ def test_outcome_from_rest_and_least_shock_of_a_cell_are_those_of_a_run() -> Non
 def test_without_numba_such_a_map_is_refused_before_it_begins(monkeypatch, tmp_path: Path) -> None:
     monkeypatch.setattr(import_module("vireport.map.cells.run"), "find_spec", lambda name: name != "numba" or None)
     (tmp_path / "map.yaml").write_text(SWITCHED, encoding="utf-8")
-    with pytest.raises(NumericalError, match=r"map\.from_rest and map\.shock need numba: pip install"):
+    with pytest.raises(NumericalError, match=r"map\.from_rest, map\.shock and map\.escape need numba: pip install"):
         run_map(str(tmp_path / "map.yaml"), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

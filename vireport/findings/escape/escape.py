@@ -15,7 +15,7 @@ from vireport.base.records import brief
 from vireport.design.solution import Solution
 from vireport.findings.escape.least_kicks import LeastKicks, edge_rows, least_kicks
 from vireport.findings.escape.lifetimes import ESCAPES, Lifetime, ReturnGrid, lifetime
-from vireport.findings.outcomes.returning import Recogniser, patient
+from vireport.findings.outcomes.returning import Core, Recogniser, patient
 from vireport.findings.outcomes.shock import MotionsByStability
 from vireport.findings.outcomes.withstood import motions_by_stability
 from vireport.physics.groups import Groups, by_wall
@@ -221,15 +221,9 @@ def escape_from(groups: Groups[float], motion: Motion, motions: MotionsByStabili
     kick : float
         Standard deviation [y_c].
     """
-    if 0 in by_wall(groups.restitution):
-        return MotionEscape(motion, kick, unknown=Unlimited.NO_BOUNCE)
-    others = [other for other in motions.stable if other is not motion]
     try:
-        recognise = Recogniser(groups, [motion, *others])
-        # What kicks lead to is learnt before, so that a ball there is known after a few impacts.
-        recognise(edge_rows(groups, motion))
-        cores = patient(groups, recognise.cores, motions.unstable)
-    except NumericalError as error:  # too near a critical point
+        recognise, cores = _recognised(groups, motion, motions)
+    except (NumericalError, ValueError) as error:
         return MotionEscape(motion, kick, unknown=str(error))
     way = least_kicks(groups, cores)
     exponent = kick**2 if way is None else way.path.exponent
@@ -244,6 +238,30 @@ def escape_from(groups: Groups[float], motion: Motion, motions: MotionsByStabili
     return MotionEscape(
         motion, kick, way, levels, law, simulated, _ends(recognise, shown.left), grid.checked, grid.wrong
     )
+
+
+def exponent_of(groups: Groups[float], motion: Motion, motions: MotionsByStability) -> float | None:
+    """Q of the law for small kicks of a stable motion [y_c^2]; None where no kicks were found that lead out of it.
+
+    Raises
+    ------
+    NumericalError
+        Where the motion is too near a critical point, see `core_of`.
+    ValueError
+        Of a ball that does not bounce.
+    """
+    way = least_kicks(groups, _recognised(groups, motion, motions)[1])
+    return None if way is None else way.path.exponent
+
+
+def _recognised(groups: Groups[float], motion: Motion, motions: MotionsByStability) -> tuple[Recogniser, list[Core]]:
+    """What tells where balls end, and the cores of what it knows, first that of the motion."""
+    if 0 in by_wall(groups.restitution):
+        raise ValueError(Unlimited.NO_BOUNCE)
+    recognise = Recogniser(groups, [motion, *(other for other in motions.stable if other is not motion)])
+    # What kicks lead to is learnt before, so that a ball there is known after a few impacts.
+    recognise(edge_rows(groups, motion))
+    return recognise, patient(groups, recognise.cores, motions.unstable)
 
 
 def _levels(grid: ReturnGrid, exponent: float) -> Iterator[Lifetime]:

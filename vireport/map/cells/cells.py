@@ -36,9 +36,9 @@ CHUNK_CELLS = 32_768
 CHUNK_IMPACTS = 4_000_000
 """Impacts of a chunk that is simulated: a few seconds of work."""
 
-FROM_REST_IMPACTS, SHOCK_IMPACTS = 2_000, 100_000
-"""Impacts that take as long as a cell from rest, and as its least shock: a millisecond, and some hundredths of a
-second."""
+FROM_REST_IMPACTS, SHOCK_IMPACTS, ESCAPE_IMPACTS = 2_000, 100_000, 500_000
+"""Impacts that take as long as a cell from rest, as its least shock and as its least kicks: a millisecond, some
+hundredths and some tenths of a second."""
 
 
 class AxisName(Named, Struct, frozen=True):
@@ -70,8 +70,8 @@ class MapPlan(Struct, frozen=True):
     chunk_cells : int
         Cells that are computed and stored at once.
     simulate : MapSimulation or None
-    from_rest, shock : bool
-        Whether to tell what each cell comes to from rest, and its least shock.
+    from_rest, shock, escape : bool
+        Whether to tell what each cell comes to from rest, its least shock, and the least kicks that lead out.
     """
 
     device: Device
@@ -84,11 +84,12 @@ class MapPlan(Struct, frozen=True):
     simulate: MapSimulationBlock | None
     from_rest: bool
     shock: bool
+    escape: bool
 
     @property
     def needs_numba(self) -> bool:
         """Whether anything is computed by compiled code alone: the same digits on every machine, in bearable time."""
-        return self.from_rest or self.shock
+        return self.from_rest or self.shock or self.escape
 
     @property
     def chunks(self) -> int:
@@ -161,12 +162,14 @@ def map_plan(loaded: LoadedMap) -> MapPlan:
         simulate=block.simulate,
         from_rest=block.from_rest,
         shock=block.shock,
+        escape=block.escape,
     )
 
 
 def _chunk_cells(block: MapBlock) -> int:
     simulated = 0 if block.simulate is None else block.simulate.starts * block.simulate.impacts
     impacts = simulated + FROM_REST_IMPACTS * block.from_rest + SHOCK_IMPACTS * block.shock
+    impacts += ESCAPE_IMPACTS * block.escape
     return max(CHUNK_IMPACTS // impacts, 1) if impacts else CHUNK_CELLS
 
 

@@ -1,8 +1,10 @@
-"""What the device of each cell does when it is switched on, and the least shock that leads out of its stable motion."""
+"""What the device of each cell does when it is switched on, and what leads out of its stable motion: shocks, kicks."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from operator import itemgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +14,9 @@ from vireport.design.outcomes_from_rest import outcomes_of
 from vireport.map.cells.cells import Floats
 from vireport.motions.pointwise import PointwiseMotions
 from vireport.physics.groups import Groups
+
+if TYPE_CHECKING:
+    from vireport.findings.outcomes.shock import MotionsByStability
 
 DESTINATIONS = tuple(Destination)
 
@@ -46,10 +51,46 @@ def shock_columns(
     unit : array_like
         y_c of the cells [m/s].
     """
-    from vireport.findings.outcomes.shock import SCAN, MotionsByStability
+    from vireport.findings.outcomes.shock import SCAN
     from vireport.findings.outcomes.withstood import least_of
 
     jump, searched = np.full(len(groups.d), np.nan), np.full(len(groups.d), np.nan)
+    for cell, cell_groups, neighbours in _stable_cells(groups, motions, ratio):
+        try:
+            least = least_of(cell_groups, neighbours, effort=SCAN)
+        except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce
+            continue
+        searched[cell] = least.searched_to
+        jump[cell] = np.nan if least.jump is None else least.jump
+    return {"least_jump_m_s": jump * unit, "jump_searched_to_m_s": searched * unit}
+
+
+def escape_columns(
+    groups: Groups[Floats], motions: PointwiseMotions, ratio: int, unit: Floats | float
+) -> dict[str, Floats]:
+    """Q of the law for small kicks, ln T = a + Q/sigma^2, the least of the stable motions of each cell [m2/s2].
+
+    NaN where there is no stable motion, or one too near a critical point for its returns to be told, and where no kicks
+    that lead out are found. Parameters are those of `shock_columns`.
+    """
+    from vireport.findings.escape.escape import exponent_of
+
+    exponent = np.full(len(groups.d), np.nan)
+    for cell, cell_groups, neighbours in _stable_cells(groups, motions, ratio):
+        try:
+            exponents = [exponent_of(cell_groups, motion, neighbours) for motion in neighbours.stable]
+        except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce
+            continue
+        exponent[cell] = min((each for each in exponents if each is not None), default=np.nan)
+    return {"escape_q_m2_s2": exponent * unit**2}
+
+
+def _stable_cells(
+    groups: Groups[Floats], motions: PointwiseMotions, ratio: int
+) -> Iterator[tuple[int, Groups[float], MotionsByStability]]:
+    """The cells with a stable motion: their numbers, groups and motions."""
+    from vireport.findings.outcomes.shock import MotionsByStability
+
     stable, admissible = motions.stable(groups.restitution), motions.admissible
     for cell in np.unique(motions.cell[stable]).tolist():
         in_cell = motions.cell == cell
@@ -57,11 +98,4 @@ def shock_columns(
             [motions.motion(int(row), ratio) for row in np.flatnonzero(in_cell & rows)]
             for rows in (stable, admissible & ~stable)
         )
-        cell_groups = groups.map_numbers(itemgetter(cell)).as_floats()
-        try:
-            least = least_of(cell_groups, MotionsByStability(attracting, others), effort=SCAN)
-        except (NumericalError, ValueError):  # too near a critical point, or a ball that does not bounce
-            continue
-        searched[cell] = least.searched_to
-        jump[cell] = np.nan if least.jump is None else least.jump
-    return {"least_jump_m_s": jump * unit, "jump_searched_to_m_s": searched * unit}
+        yield cell, groups.map_numbers(itemgetter(cell)).as_floats(), MotionsByStability(attracting, others)

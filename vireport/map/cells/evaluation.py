@@ -16,7 +16,7 @@ from vireport.map.cells.cells import (
     MapPlan,
     cell_values,
 )
-from vireport.map.cells.disturbed import DESTINATIONS, from_rest_columns, shock_columns
+from vireport.map.cells.disturbed import DESTINATIONS, escape_columns, from_rest_columns, shock_columns
 from vireport.motions.events import TRACE_LEVELS, Event
 from vireport.motions.pointwise import PointwiseMotions, find_motions
 from vireport.motions.stability import STABILITIES, UNSTABLE, classify, lap_decay
@@ -83,6 +83,7 @@ FROM_REST = (
     ("from_rest_periods", pa.int16(), "1"),
     ("settles_after_periods", pa.int32(), "1"),
 )
+ESCAPE = (("escape_q_m2_s2", pa.float64(), "m2/s2"),)
 SHOCK = ("least_jump_m_s", pa.float64(), "m/s"), ("jump_searched_to_m_s", pa.float64(), "m/s")
 
 
@@ -95,6 +96,7 @@ def schema_of(plan: MapPlan) -> pa.Schema:
     if plan.simulate is not None:
         columns += [("word", pa.string(), ""), ("basin_share", pa.float64(), "1")]
     columns += [*(FROM_REST if plan.from_rest else ()), *(SHOCK if plan.shock else ())]
+    columns += ESCAPE if plan.escape else ()
     return pa.schema([pa.field(name, kind, metadata={"unit": unit} if unit else None) for name, kind, unit in columns])
 
 
@@ -130,6 +132,8 @@ def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
         columns |= from_rest_columns(groups, motions, plan.device.period_ratio)
     if plan.shock:
         columns |= shock_columns(groups, motions, plan.device.period_ratio, unit)
+    if plan.escape:
+        columns |= escape_columns(groups, motions, plan.device.period_ratio, unit)
     schema = schema_of(plan)
     return pa.Table.from_arrays([_column(columns[field.name], field) for field in schema], schema=schema)
 

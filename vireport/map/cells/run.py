@@ -101,7 +101,7 @@ def _require_packages(plan: MapPlan) -> None:
     if missing:
         raise NumericalError(f"a map needs {' and '.join(missing)}: {install_command(missing[0])}")
     if plan.needs_numba and find_spec("numba") is None:
-        raise NumericalError(f"map.from_rest and map.shock need numba: {install_command('numba')}")
+        raise NumericalError(f"map.from_rest, map.shock and map.escape need numba: {install_command('numba')}")
 
 
 def cores() -> int:

@@ -63,7 +63,7 @@ that takes as long as the cells."""
 SAMPLE = 1024
 """Cells that are evaluated to estimate the size of a map."""
 
-SIMULATED_BYTES, FROM_REST_BYTES, SHOCK_BYTES = 9, 12, 16
+SIMULATED_BYTES, FROM_REST_BYTES, SHOCK_BYTES, ESCAPE_BYTES = 9, 12, 16, 8
 """Sizes in that estimate of what is simulated in a cell: a share, or numbers, and words that recur."""
 
 
@@ -413,10 +413,10 @@ def require_space(store: Store, stored: Collection[int]) -> None:
     """
     plan = store.plan
     numbers = np.unique(np.linspace(0, plan.cells - 1, SAMPLE).astype(np.int64))
-    sample = evaluate(replace(plan, simulate=None, from_rest=False, shock=False), numbers)
+    sample = evaluate(replace(plan, simulate=None, from_rest=False, shock=False, escape=False), numbers)
     finished = sum(column.type.bit_width / 8 * (len(column) - column.null_count) for column in sample.columns)
     simulated = 0 if plan.simulate is None else SIMULATED_BYTES
-    simulated += FROM_REST_BYTES * plan.from_rest + SHOCK_BYTES * plan.shock
+    simulated += FROM_REST_BYTES * plan.from_rest + SHOCK_BYTES * plan.shock + ESCAPE_BYTES * plan.escape
     chunk_cell, finished_cell = (size / len(numbers) + simulated for size in (sample.nbytes, finished))
     needed = chunk_cell * (plan.cells - sum(map(plan.rows, stored))) + finished_cell * plan.cells
     free = shutil.disk_usage(store.folder).free
