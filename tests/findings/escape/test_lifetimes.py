@@ -12,9 +12,9 @@ from tests.findings.escape.own_loop import times_until_escape
 from tests.findings.outcomes.devices import Case, case, of
 from vireport.findings.escape import escape
 from vireport.findings.escape.escape import SmallKickLaw, Unlimited, escape_from
-from vireport.findings.escape.least_kicks import impact_rows, kicked, least_kicks, leaving
+from vireport.findings.escape.least_kicks import edge_rows, impact_rows, kicked, least_kicks, leaving
 from vireport.findings.escape.lifetimes import Lifetime, ReturnGrid, lifetime
-from vireport.findings.outcomes.returning import Core, core_of, patient
+from vireport.findings.outcomes.returning import Core, Recogniser, core_of, patient
 from vireport.findings.outcomes.shock import MotionsByStability
 from vireport.physics.device import Device
 from vireport.physics.groups import Restitutions, by_wall
@@ -229,3 +229,10 @@ def test_the_law_is_a_line_in_the_inverse_variance() -> None:
     assert law.error == pytest.approx(0.085, rel=0.1)
     assert escape._law(0.004, levels[:2]) is None
     assert SmallKickLaw(0.004, 2.0, 0.1).log_periods(0.02) == pytest.approx(12.0)
+
+
+def test_a_motion_that_is_reached_late_is_not_learnt_again() -> None:
+    device = case(length=0.5, inclination=0.0, r=0.9)
+    recognise = Recogniser(device.groups, device.stable)
+    recognise(edge_rows(device.groups, device.stable[0]))
+    assert len(recognise.cores) == 2

@@ -26,8 +26,9 @@ BUDGET, LEVEL_BUDGET = 8_000_000, 3_000_000
 """Impacts that are simulated with the kicks of the scenario, and with larger ones at each level; a million takes some
 0.4 s on one core. Beyond, the law for small kicks is used."""
 
-LEVELS, LEVEL_ESCAPES = range(2, 9), 400
-"""Values of Q/sigma^2 at which the law's factor is found, and escapes that are waited for at each."""
+LEVELS, LEVEL_ESCAPES, LAST = range(1, 9), 400, 4
+"""Values of Q/sigma^2 at which the motion is simulated, escapes that are waited for at each, and how many of the last
+the law's factor is taken from."""
 
 SOME_TENS, ENOUGH = 20.0, 3
 """Forcing periods that a motion must last at a level for the law to be near, and levels that the factor takes."""
@@ -278,7 +279,7 @@ def _levels(grid: ReturnGrid, exponent: float) -> Iterator[Lifetime]:
 
 def _law(exponent: float, levels: Sequence[Lifetime]) -> SmallKickLaw | None:
     """The law by the levels at which the motion lasts long enough; None of fewer than `ENOUGH`."""
-    used = [level for level in levels if level.mean >= SOME_TENS]
+    used = [level for level in levels if level.mean >= SOME_TENS][-LAST:]
     if len(used) < ENOUGH:
         return None
     variance = np.array([level.kick**2 for level in used])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vireport.base.records import brief
 from vireport.findings.outcomes.impact_map import forwards
-from vireport.findings.outcomes.returning import Core, Elsewhere, endings
+from vireport.findings.outcomes.returning import Core, endings
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
 from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP
@@ -97,12 +97,8 @@ def kicked(groups: Groups[float], walls: Floats, before: Floats, kicks: Floats |
 
 
 def leaving(groups: Groups[float], rows: Floats, cores: Sequence[Core]) -> NDArray[np.bool_]:
-    """Which starts, rows of `check_start`, do not return to the motion of the first core, undisturbed.
-
-    Of a horizontal device one that floats without drift for ever is none: all beside it return.
-    """
-    ends = endings(groups, rows, cores)
-    return np.asarray((ends != 0) & (ends != Elsewhere.DRIFTS))
+    """Which starts, rows of `check_start`, do not return to the motion of the first core, undisturbed."""
+    return np.asarray(endings(groups, rows, cores) != 0)
 
 
 def impact_rows(walls: Floats | int, phase: Floats | float, before: Floats) -> Floats:

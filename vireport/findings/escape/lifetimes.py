@@ -126,7 +126,8 @@ def _reach(groups: Groups[float], motion: Motion, kick: float) -> Floats:
         variance = spread.diagonal() + np.array([0.0, groups.restitution_at(wall) ** -2])
         half.append(REACH * kick * np.sqrt(variance))
         spread = matrix @ spread @ matrix.T + np.outer(effect, effect)
-    return np.minimum(half, [1.0, inf])
+    # Wider cells would hold more than one part of the basin.
+    return np.minimum(half, [1.0, float(np.abs(motion.velocity).max())])
 
 
 class Lifetime(Struct, frozen=True, eq=False):

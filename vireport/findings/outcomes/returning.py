@@ -300,6 +300,10 @@ class Recogniser:
                 # What does not settle, or not within the patience, is one outcome, whatever it is called.
                 outcome[unknown[0]] = self._at(Elsewhere.UNKNOWN, rows[unknown[0]], attractor)
                 continue
+            known = [at for core, at in zip(self.cores, self.place, strict=True) if core.holds(cycle.impacts).all()]
+            if known:  # it is back, but later than was waited for
+                outcome[unknown[0]] = known[0]
+                continue
             self._learn(cycle.motion(self.groups.d), attractor)
             outcome[unknown] = self._outcomes(rows[unknown])
         rest = outcome == Elsewhere.UNKNOWN
