@@ -146,7 +146,8 @@ def test_times_that_are_not_exponential_are_noticed() -> None:
 
 def test_the_same_seed_gives_the_same_times() -> None:
     grid, exponent = grid_of(case(force=3.0, length=0.35, inclination=0.0))
-    first, second = (lifetime(grid, sqrt(exponent / 1.5), 7, 10**6, 50, 200) for _ in range(2))
+    first, second = (lifetime(grid, sqrt(exponent / 1.5), 7, 10**6, 20, 200) for _ in range(2))
+    assert first.followed_laps >= 10  # whose escapes are compared, however soon enough balls have left
     assert (first.escaped == second.escaped).all()
     assert first.impacts == second.impacts
     other = lifetime(grid, sqrt(exponent / 1.5), 8, 10**6, 50, 200)
