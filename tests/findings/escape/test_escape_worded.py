@@ -116,6 +116,10 @@ def test_the_section_says_what_it_comes_to_and_how_the_times_are_distributed() -
         "What it comes to instead: chaotic (75 %), at rest (25 %). After the first 18 periods the times are "
         "exponential, as far as 287 escapes tell (chi-square test, *p* = 0.97)."
     )
+    assert said("ends", replace(SIMULATED, checked=4000, wrong=3)).endswith(
+        "*p* = 0.97). Of 4000 impacts that were taken to return and followed after all, 3 did not: the mean time may "
+        "be shorter."
+    )
     assert said("ends", EXTRAPOLATED).startswith(
         "What it comes to instead with the smallest kicks that were simulated: chaotic (100 %). After"
     )
@@ -229,7 +233,7 @@ def test_what_is_missing_is_said_with_its_place() -> None:
 
 def test_of_a_ball_with_friction_it_is_not_known() -> None:
     text = DEVICE.replace("length_m: 0.75", "length_m: 0.75, friction: 0.1")
-    with pytest.raises(ScenarioError, match=r"disturbances\.escape: it knows a ball without friction"):
+    with pytest.raises(ScenarioError, match=r"disturbances\.escape: it is available without friction only"):
         loads(text + "disturbances: {escape: true, jitter_m_s: 0.1}\n")
 
 

@@ -13,7 +13,7 @@ from tests.findings.outcomes.devices import Case, case, of
 from vireport.findings.escape import escape
 from vireport.findings.escape.escape import SmallKickLaw, Unlimited, escape_from
 from vireport.findings.escape.least_kicks import edge_rows, impact_rows, kicked, least_kicks, leaving
-from vireport.findings.escape.lifetimes import Lifetime, ReturnGrid, lifetime
+from vireport.findings.escape.lifetimes import BOUNDARY, RETURNS, Lifetime, ReturnGrid, lifetime
 from vireport.findings.outcomes.returning import Core, Recogniser, core_of, patient
 from vireport.findings.outcomes.shock import MotionsByStability
 from vireport.physics.device import Device
@@ -88,8 +88,8 @@ def test_the_logarithm_grows_by_the_least_sum_of_squares() -> None:
 
 
 def test_a_cell_of_return_returns() -> None:
-    grid, exponent = grid_of(case())
-    motion, kick = grid.motion, sqrt(exponent / 2)
+    grid, _ = grid_of(case())
+    motion = grid.motion
     random = np.random.default_rng(5)
     off = random.standard_normal((2, 2000)) * grid.half[0][:, None] / 3
     velocity = np.maximum(motion.velocity[0] + off[1], 1e-3)
@@ -99,7 +99,12 @@ def test_a_cell_of_return_returns() -> None:
     assert (out == leaving(grid.groups, rows, grid.cores)).all()
     assert 0 < grid.followed < len(rows)
     assert grid.checked == -(-(len(rows) - grid.followed) // 64)
-    assert kick > 0
+    # A cell of return that a check finds wrong is none any more.
+    grid.cell[0] = RETURNS
+    checked = grid.checked
+    again = grid.leaving(rows[out])
+    assert grid.wrong == grid.checked - checked == (grid.cell[0] == BOUNDARY).sum() == 1
+    assert again.sum() < out.sum()
 
 
 def test_kicks_change_the_velocity_after_an_impact_and_may_drive_the_ball_back() -> None:

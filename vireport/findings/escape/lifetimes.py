@@ -51,7 +51,8 @@ class ReturnGrid:
 
     A cell counts as one of return only if it and the cells about it have corners that all return; all other impacts
     are followed. So no ball is said to have left that was not followed, and a part of the basin's outside is passed
-    over only where it is thinner than a cell.
+    over only where it is thinner than a cell. A cell in which a check finds an impact that leaves is followed from then
+    on.
 
     Attributes
     ----------
@@ -69,7 +70,7 @@ class ReturnGrid:
 
     def leaving(self, rows: Floats) -> Mask:
         """Which impacts, rows of `check_start`, do not return."""
-        known = np.zeros(len(rows), dtype=bool)
+        cells = np.full(len(rows), -1)
         for impact, wall in enumerate(self.motion.word.walls):
             at = np.flatnonzero(rows[:, 0] == wall)
             off = np.stack([wrapped(rows[at, 3] - self.motion.phase[impact]) / pi, rows[at, 2]])
@@ -80,16 +81,22 @@ class ReturnGrid:
             unknown = self.cell[impact, column, row] == UNKNOWN
             if unknown.any():
                 self._fill(impact, wall, np.unique(column[unknown] * CELLS + row[unknown]))
-            known[at[inside]] = self.cell[impact, column, row] == RETURNS
+            cells[at[inside]] = (impact * CELLS + column) * CELLS + row
+        state = self.cell.reshape(-1)
+        known = (cells >= 0) & (state[cells] == RETURNS)
         out, doubtful, trusted = np.zeros(len(rows), dtype=bool), np.flatnonzero(~known), np.flatnonzero(known)
         # As many of those that the grid answers are followed as well, here and there.
         some = trusted[::CHECKED]
-        self.followed += len(doubtful)
-        self.checked += len(some)
         asked = np.concatenate([doubtful, some])
         if len(asked):
             out[asked] = leaving(self.groups, rows[asked], self.cores)
-            self.wrong += int(out[some].sum())
+        wrong = some[out[some]]
+        state[cells[wrong]] = BOUNDARY
+        self.followed, self.checked, self.wrong = (
+            self.followed + len(doubtful),
+            self.checked + len(some),
+            self.wrong + len(wrong),
+        )
         return out
 
     def _fill(self, impact: int, wall: int, cells: NDArray[np.intp]) -> None:
