@@ -180,11 +180,15 @@ def test_small_kicks_are_told_by_the_law_and_the_smallest_by_a_reason(monkeypatc
     assert large.reason == ""
     assert 20 < large.periods < 50
     assert sum(share for _, share in large.ends) == pytest.approx(1)
-    assert all(name != "BT every forcing period" for name, _ in large.ends)
+    assert all(not name.startswith("the motion itself") for name, _ in large.ends)
     mirrored = case(force=3.0, length=0.35, inclination=0.0)
     of_both = MotionsByStability(mirrored.stable, mirrored.unstable)
     found_of_one = escape_from(mirrored.groups, mirrored.stable[0], of_both, 0.03)
     assert found_of_one.ends == (("another BT every forcing period", 1.0),)
+    recognise = Recogniser(mirrored.groups, mirrored.stable)
+    motion = mirrored.stable[0]
+    itself = impact_rows(motion.word.walls[0], motion.phase[:1], motion.velocity[:1])
+    assert escape._ends(recognise, itself) == (("the motion itself, later than was waited for", 1.0),)
     law = small.law
     assert small.extrapolated
     assert small.simulated is None

@@ -298,6 +298,9 @@ def _ends(recognise: Recogniser, left: np.ndarray) -> tuple[tuple[str, float], .
     names: Counter[str] = Counter()
     for place, count in counted.items():
         name = recognise.outcomes[place].name
-        # A mirror image, say, which has the same word.
-        names[f"another {name}" if place and name == recognise.outcomes[0].name else name] += count
+        if place == 0:
+            name = "the motion itself, later than was waited for"
+        elif name == recognise.outcomes[0].name:  # a mirror image, say
+            name = f"another {name}"
+        names[name] += count
     return tuple((name, count / len(left)) for name, count in names.most_common())
