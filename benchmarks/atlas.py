@@ -142,7 +142,8 @@ def simulated_words(swept_atlas: Atlas, count: int) -> set[str]:
     """Words of the motions within the limits that a simulation of as many values ends in."""
     sweep = swept_atlas.sweep
     values, r = np.linspace(sweep.start, sweep.end, count), float(sweep.device.restitution)
-    d, gbar = (np.broadcast_to(x, count).astype(float) for x in sweep.device.groups(sweep.parameter, values))
+    groups = sweep.device.groups(sweep.parameter, values)
+    d, gbar = (np.broadcast_to(x, count).astype(float) for x in (groups.d, groups.gbar))
     ends = attractors(Groups(d, gbar, r), random_starts(d, start_speed(r, [0.0] * count), STARTS, SEED))
     cycles = [end.cycle for row in ends for end in row if end.cycle is not None and not end.cycle.sticks]
     return {
