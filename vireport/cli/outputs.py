@@ -228,7 +228,7 @@ def _data_files(study: Study, provenance: Provenance) -> dict[str, bytes]:
 
 
 def _judged(outcome: CommandOutcome, study: Study, templates: Path | None = None) -> CommandOutcome:
-    """The outcome with the requirement of the scenario that the study does not meet, if it meets one not."""
+    """The outcome of a study, which fails where a requirement of the scenario is not met."""
     missed = unmet(study.criteria)
     return outcome if missed is None else replace(outcome, failure=missed.words(templates), exit_code=1)
 
