@@ -141,7 +141,7 @@ def interrupted(code: str, *arguments: str, cwd: Path) -> subprocess.CompletedPr
     lines = (
         "import os, signal, sys",
         "from vireport.__main__ import entry",
-        "def interrupt(*arguments): os.kill(os.getpid(), signal.SIGINT)",
+        "def interrupt(*arguments, **named): os.kill(os.getpid(), signal.SIGINT)",
         code,
         "sys.exit(entry())",
     )

@@ -51,6 +51,7 @@ class Need(StrEnum):
     SIMULATION = "simulation", "a cross-check needs"
     DISTURBANCES = "disturbances", "a shock needs"
     JITTER = "disturbances.jitter_m_s", "a spread of phases needs", "disturbances.jitter_restitution"
+    ESCAPE = "disturbances.escape", "a lifetime needs"
 
 
 class Demand(Struct, frozen=True, eq=False):

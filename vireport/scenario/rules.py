@@ -67,8 +67,8 @@ RECORD, MANY_DEVICES = "excitation.record", ("design", "map")
 PROVE = "disturbances.prove"
 """What is not proved of such a force."""
 
-ESCAPE, KICKS, LASTS = "disturbances.escape", "disturbances.jitter_m_s", "requirements.lasts_at_least_periods"
-"""How long a motion lasts under kicks, the kicks, and what is required of that."""
+ESCAPE, KICKS = "disturbances.escape", "disturbances.jitter_m_s"
+"""How long a motion lasts under kicks, and the kicks."""
 
 FRICTION, EXPONENT, STATED = "device.friction", "device.restitution_exponent", "device.restitution_speed_m_s"
 
@@ -657,11 +657,9 @@ def _at_design(tree: _Tree, stated: dict[str, str]) -> Iterator[Finding]:
 
 
 def _escape(tree: _Tree) -> Iterator[Finding]:
-    """Motions end under kicks where there are some, and last as long as is required where that is found out."""
+    """Motions end under kicks where there are some."""
     if tree.at(ESCAPE) is True and tree.absent(KICKS):
         yield _rule(ESCAPE, f"{KICKS} is not given (give it, or leave this out)")
-    if tree.at(LASTS) is not None and LASTS not in tree.wrong and tree.absent(ESCAPE):
-        yield _rule(LASTS, f"a lifetime needs {ESCAPE}, which is not given (give it, or leave this out)")
 
 
 def _design(tree: _Tree) -> Iterator[Finding]:

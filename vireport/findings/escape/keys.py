@@ -2,12 +2,12 @@
 
 from typing import Annotated
 
-from vireport.scenario.demands import AT_LEAST, Demand
+from vireport.scenario.demands import AT_LEAST, Demand, Need
 from vireport.scenario.keys import positive
 
 KEYS = {
     "requirements.lasts_at_least_periods": (
-        Annotated[float | None, Demand(AT_LEAST)],
+        Annotated[float | None, Demand(AT_LEAST, (Need.ESCAPE,))],
         positive(
             None,
             "Lasts at least",
