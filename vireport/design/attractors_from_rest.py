@@ -1,7 +1,7 @@
-"""What a ball from rest comes to at values over a sweep, where a few impacts show it.
+"""The motions that a ball from rest comes to at values over a sweep, where a few hundred impacts show them.
 
-Without the compiler, which takes longer to start than all of it. What has not settled after some 500 impacts is not
-decided here; `from_rest` goes on.
+The simulation is not compiled, as the compiler takes longer to start than all of it. A ball that has not settled after
+some 500 impacts is left undecided; `from_rest` follows it on.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from vireport.simulation.follower import Trajectory
 from vireport.simulation.release import presses
 
 VALUES = 21
-"""Values over a sweep, its ends among them: 30 to 60 ms for the paper's sweeps, and 150 ms where all is chaotic."""
+"""Number of values over a sweep, its ends included: 30 to 60 ms for the paper's sweeps, 150 ms where all is chaotic."""
 
 BLOCKS = 96, 160, 256
-"""Impacts, block by block, after each of which it is looked whether the last ones nearly repeat."""
+"""Numbers of impacts in blocks, after each of which it is tested whether the last impacts nearly repeat."""
 
 
 class AttractorFromRest(Struct, frozen=True, eq=False):
@@ -32,11 +32,11 @@ class AttractorFromRest(Struct, frozen=True, eq=False):
     Attributes
     ----------
     value : float
-        Of the input.
+        Value of the input, in its unit.
     d : float
         The group d there.
     end : FromRest
-        Not decided where it has not settled.
+        Undecided where the ball has not settled.
     """
 
     value: float
@@ -52,7 +52,7 @@ class AttractorFromRest(Struct, frozen=True, eq=False):
 
 
 def attractors_from_rest(sweep: Sweep) -> tuple[AttractorFromRest, ...]:
-    """Where a ball ends that lies on the bottom membrane when the force sets in, at ascending values over a sweep."""
+    """The ends of balls that lie on the bottom membrane when the force sets in, at ascending values over a sweep."""
     ratio, attractors = sweep.device.period_ratio, []
     low, high = sorted((sweep.start, sweep.end))
     for value in np.linspace(low, high, VALUES).tolist():
@@ -62,7 +62,7 @@ def attractors_from_rest(sweep: Sweep) -> tuple[AttractorFromRest, ...]:
 
 
 def _end(groups: Groups[float], ratio: int) -> FromRest:
-    """What the ball comes to from its first release, by what attracts it: no stable motion is known before."""
+    """The end of a ball from its first release, where no stable motion is known beforehand."""
     release = next((press.release for press in presses(groups)), None)
     if release is None:
         return FromRest(Destination.AT_REST)

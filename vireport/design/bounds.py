@@ -37,7 +37,7 @@ from vireport.physics.numbers import ROUNDED, UNIT, Rounded, infinite_where_unde
 Floats = NDArray[np.float64]
 
 FACTORS = 16
-"""Roundings of the constant factors of an energy, a power or a field, which are computed in doubles, with room."""
+"""Number of roundings, with room, of the constant factors of an energy, a power or a field, computed in doubles."""
 
 
 class Bounds(Struct, frozen=True, eq=False):
@@ -72,10 +72,7 @@ def bounds_of(
 
 
 def _branch_bounds(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
-    """Error bounds of the motions of a branch, at its critical points at least those of the points.
-
-    A critical point may only have been bracketed.
-    """
+    """Error bounds of the motions of a branch; at a critical point, which may only be bracketed, at least its bounds."""
     bounds = _motion_bounds(membrane, sweep, branch.motions, None)
     for row, critical in branch.family.critical_points.items():
         labelled = {**critical.closed.bounds, "sweep_value": critical.error_bound}
@@ -89,7 +86,7 @@ def _branch_bounds(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> d
 def _motion_bounds(
     membrane: Membrane | None, sweep: Sweep, motions: Motions, solved: tuple[Floats, Floats] | None
 ) -> dict[str, Floats]:
-    """Error bounds of motions and their voltages; `solved` are those of u and phase, where they are known."""
+    """Error bounds of motions and their voltages; `solved` has the bounds of u and phase, where they are known."""
     bounds = one_to_one_bounds(sweep, motions, solved)
     if membrane is None:
         return bounds
@@ -109,7 +106,7 @@ def _speeds(sweep: Sweep, motions: Motions, bounds: dict[str, Floats]) -> tuple[
 def _conversion_bounds(
     device: Device, membrane: Membrane, design: DesignPoint, bounds: dict[str, Floats]
 ) -> dict[str, Floats]:
-    """Bound the errors of what a design point's motions convert, by the names of `Conversion`."""
+    """Bound the errors of the energy conversion of a design point's motions, by the names of `Conversion`."""
     volts, dielectric = cast(Voltages, design.voltages_by_motion), cast(Dielectric, membrane.dielectric)
     gains = Rounded(volts.bottom_v, bounds["bottom_v"]), Rounded(volts.top_v, bounds["top_v"])
     speeds = _speeds(around_length(device), design.motions, bounds)

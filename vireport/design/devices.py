@@ -1,4 +1,4 @@
-"""Devices with other inputs: those off by multiples of their tolerances, and which of them have stable motion."""
+"""Devices whose inputs are off by multiples of their tolerances, and which of them have stable motion."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SEED = 0
 """Seed of the random devices, fixed so that equal inputs give an equal yield."""
 
 DEVIATIONS = 3.0
-"""Standard deviations of a normal distribution that make a tolerance; what is beyond is sorted out."""
+"""Number of standard deviations of a normal distribution in a tolerance; devices beyond it are sorted out."""
 
 FACTOR_OF = {
     DesignInput.CAPSULE_MASS: 0,
@@ -37,19 +37,19 @@ FACTOR_OF = {
     DesignInput.RESTITUTION_BOTTOM: 4,
     DesignInput.RESTITUTION_TOP: 5,
 }
-"""Number of the factor of the groups that an input is part of, each of one: a box of inputs is a box of factors.
+"""Index of the one factor of the groups that each input is part of: a box of inputs is a box of factors.
 
-M/F, s f^2, sin(beta) and r: d is the product of the first two, and gbar that of the first and the third. What r of
-either membrane has beyond that are the last two.
+The factors are M/F, s f^2, sin(beta), r, and what the bottom's and the top's restitution have beyond r: d is the
+product of the first two, gbar of the first and the third.
 """
 
 OF_FREE_CAPSULE = FACTOR_OF | {DesignInput.CAPSULE_MASS: len(set(FACTOR_OF.values()))}
-"""Which factor an input of a free capsule is part of: gbar has (M + m)/F where d has M/F, so that M is a factor of its
-own."""
+"""Index of the factor that each input of a free capsule is part of: gbar has (M + m)/F where d has M/F, so that M is a
+separate factor."""
 
 
 def factor_of(device: Device) -> Mapping[DesignInput, int]:
-    """The factor of a device that an input is part of."""
+    """Indices of the factors that the inputs of a device are part of."""
     return OF_FREE_CAPSULE if device.recoils else FACTOR_OF
 
 
@@ -60,12 +60,12 @@ def stable_motions(devices: Device, slack: float = 0.0) -> tuple[Ints, Orbits]:
     ----------
     devices : Device
     slack : float
-        By how much a motion may fail to be stable or admissible.
+        Amount by which the trace [-] and the gap [x_c] of a motion may miss their limits.
 
     Returns
     -------
     ndarray of int (m,)
-        Number of the device that each motion is of.
+        Number of the device of each motion.
     Orbits
         The m motions.
     """

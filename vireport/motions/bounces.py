@@ -1,16 +1,16 @@
-"""1:1 motions at one d and gbar: above every (q, phase) there is exactly one pair of restitutions that has one there.
+"""1:1 motions at one d and gbar: for every (q, phase) exactly one pair of restitutions has a motion there.
 
-The flights know nothing of membranes: their duration, the distance d and gravity give the velocity at either end. What
-an impact makes of the velocity before it is the restitution there, so that with the impulse I and the path P of the
-force over its ends, e = d + (P_b - P_t)/pi^2 and gravity g_u up and g_d down (gbar, and friction),
+Flights do not depend on the membranes: duration, distance d and gravity give the velocities at both ends. The quotient
+of the velocities after and before an impact is -r. So, with the impulse I and the path P of the force at the impacts,
+e = d + (P_b - P_t)/pi^2, and gravity g_u up and g_d down (gbar, and friction),
 
     after the bottom   a_b = -e/Tu - g_u Tu/2 + I_b/pi        before the top      w_t = -e/Tu + g_u Tu/2 + I_t/pi
     after the top      a_t =  e/Td - g_d Td/2 + I_t/pi        before the bottom   w_b =  e/Td + g_d Td/2 + I_b/pi
 
-and r_b = -a_b/w_b, r_t = -a_t/w_t. A sweep over a restitution is the curve on which what it holds has its value:
+and r_b = -a_b/w_b, r_t = -a_t/w_t. The level of a sweep over a restitution is the curve on which stays constant,
 
-- of one membrane alone, that of the other: a_t + r_t w_t = 0, linear in the sine and the cosine of the phase;
-- of both, their difference D = r_b - r_t: a_b w_t - a_t w_b + D w_b w_t = 0, of the second degree in them.
+- in a sweep over r_b, r_t (or the other way round): a_t + r_t w_t = 0, linear in sine and cosine of the phase;
+- in a sweep over both, D = r_b - r_t: a_b w_t - a_t w_b + D w_b w_t = 0, of the second degree in sine and cosine.
 
 Harmonics multiply these degrees. No membrane is in the formulae, so they have no digits to lose where r is near 1, as
 the surface of `orbits` has.
@@ -51,7 +51,7 @@ STEPPED = _Stepped(np)
 
 
 class Passed(Struct, frozen=True):
-    """What the force does between the impacts of a motion: its impulse I and path P over its amplitude.
+    """Impulse I and path P of the force at the impacts of motions, as sums and differences, over its amplitude.
 
     Attributes
     ----------
@@ -122,11 +122,10 @@ class Bounces(ContourPlane, frozen=True, eq=False):
     def value(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Any:
         """The height above the level at places of one shape.
 
-        Invariant: it is the condition of the sweep, of the velocities that the flights of a place have, times Tu Td for
-        one restitution, (Tu Td)^2 for both: a polynomial in I, P and the times, without a pole at Tu = 0 or Td = 0.
-        Where motions have mirror images it is that over u, whose zeros are the symmetric motions. For a horizontal
-        capsule with membranes that are alike and no friction it is that over (w_t - a_t) Tu Td too, the factor that is
-        zero for r = -1.
+        The height is the condition of the sweep for the velocities at a place, times Tu Td for one restitution, times
+        (Tu Td)^2 for both: a polynomial in I, P and the times, without a pole at Tu = 0 or Td = 0. Where motions have
+        mirror images it is divided by u, whose zeros are the symmetric motions. For a horizontal capsule with membranes
+        that are alike and no friction it is divided by (w_t - a_t) Tu Td too, which is zero for r = -1.
         """
         passed = self._passed(u, phi, ops, self.mirrors)
         if self.level.varied is not Parameter.RESTITUTION:
@@ -178,8 +177,8 @@ class Bounces(ContourPlane, frozen=True, eq=False):
     def _above_difference_over_u(self, u: Arithmetic, passed: Passed) -> Any:
         """`_above_difference` over u, for motions that have mirror images.
 
-        Their gbar and D are 0, and S and a_b Tu + a_t Td vanish with u.
-        `per_u` brings the quotient of the impulses, so that nothing is divided, and u = 0 is a place as any other.
+        Their gbar and D are 0, and S and a_b Tu + a_t Td vanish with u. As `per_u` has the quotient of the impulses,
+        nothing is divided, and u = 0 is a place like any other.
         """
         (up, down), (of_up, of_down) = self._times(u), self._gravities
         period, rubbed = 2 * self.n, (of_up - of_down) / 2

@@ -46,8 +46,8 @@ class Branch(Struct, frozen=True, eq=False):
     mirror_of : int or None
         Number of the branch whose mirror image this is.
     motions : Motions
-        Its rows. A critical point has the stability of its less stable side; where an impact has no velocity, the trace
-        is that just before.
+        The motions as rows. A critical point has the stability of its less stable side; where an impact has no
+        velocity, the trace is of the motion just before.
     voltages_by_motion : Voltages or None
         None where no energy is evaluated.
     """
@@ -68,7 +68,7 @@ class Branch(Struct, frozen=True, eq=False):
 
 
 def branches_of(curve: LevelCurve, solved: SolvedPiece) -> tuple[Branch, Branch | None]:
-    """The branch of a piece of a level curve and, if its motions have mirror images, theirs; without numbers."""
+    """The branch of a piece of a level curve and, if its motions have mirror images, their branch; without numbers."""
     piece, orbit = solved.piece, solved.orbit
     u, phi = np.array(orbit.u), np.array(orbit.phi)
     for row, end in solved.ends.items():
@@ -103,7 +103,7 @@ def branches_of(curve: LevelCurve, solved: SolvedPiece) -> tuple[Branch, Branch 
 def _pin(motions: Motions, curve: LevelCurve, solved: SolvedPiece) -> None:
     """Put the numbers of motions that were solved for in decimals into their rows, in place.
 
-    Where an impact has no velocity, the trace stays that of `INSET` before it.
+    Where an impact has no velocity, the trace stays the one at `INSET` before it.
     """
     sweep = curve.sweep
     for row, end in solved.ends.items():

@@ -27,7 +27,7 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 TIME_STEPS = 3
-"""Newton steps in decimals to the time at which the ball is slowest, from that in doubles: each doubles the digits."""
+"""Newton steps from doubles to decimals for the time at which the ball is slowest: each doubles the digits."""
 
 Equation = Callable[[Sequence[Any], Groups[Any], Any], Any]
 """(velocities, times and what varies; groups; functions of the kind of number) -> a number, zero at the event."""
@@ -40,13 +40,13 @@ class Condition(Struct, frozen=True):
     ----------
     event : Event
     rests : tuple of int
-        Impacts of velocity zero. At a grazing point, or where an impact loses its velocity, the first of them is the
-        one that does. Conditions on the trace are on that of the motion without them.
+        Impacts of velocity zero; the first one is the touch at a grazing point, or the impact that loses its velocity.
+        The trace in conditions is of the motion without them.
     sign : int
         Sign of the trace, where the type changes between node and focus; at an end of the sweep, 1 for the upper one.
     held : int or None
-        For a ball without restitution, whose touch may be at the very time of an impact: that impact, at which the
-        membrane begins to hold the ball.
+        For a ball with restitution zero that grazes at the very time of an impact: that impact, at which the membrane
+        begins to hold the ball.
     stops : int or None
         The impact that begins the flight in which a ball with friction comes to a stop.
     """
@@ -58,11 +58,11 @@ class Condition(Struct, frozen=True):
     stops: int | None = None
 
     def excess(self, trace: Arithmetic, decay: Arithmetic) -> Any:
-        """Trace less that at the event; `decay` as in `TRACE_LEVELS`."""
+        """The trace less its value at the event; `decay` as in `TRACE_LEVELS`."""
         return trace - self.sign * TRACE_LEVELS[self.event](decay)
 
     def trace(self, excess: Arithmetic, decay: Arithmetic) -> Any:
-        """The trace with a given `excess`, its inverse."""
+        """The trace from its `excess`, the inverse of that method."""
         return excess + self.sign * TRACE_LEVELS[self.event](decay)
 
     def value(self, word: Word, x: Sequence[Any], groups: Groups[Any], ops: ExactFunctions) -> Any:
@@ -132,7 +132,7 @@ class Condition(Struct, frozen=True):
 
 
 def held_at_once(time: Floats, groups: Groups[Any]) -> Condition:
-    """Grazing of a ball without restitution at the time of an impact: the one where acceleration is nearest to zero."""
+    """Grazing of a ball with restitution zero at the time of an impact, the one where Z'' is nearest to zero."""
     pressed = np.abs(groups.pull(groups.wave(np.pi * time, ARRAYS).force))
     return Condition(Event.GRAZING, held=int(np.argmin(pressed)))
 

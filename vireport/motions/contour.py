@@ -46,17 +46,17 @@ NEAREST = 1e-11
 """Distance of two points of a contour up to which only one of them is kept."""
 
 STEEP = 0.5
-"""Most that the direction of the curve may differ from the chord of two points [rad]; where it differs more, the curve
-is followed from one point to the other in short steps."""
+"""Largest angle between the curve and the chord of two points [rad]; where it is larger, the curve is followed from one
+point to the other in short steps."""
 
 SMALLEST, LARGEST_PART = 1e-13, 0.25
-"""Least and largest of these steps, as a share of the chord."""
+"""Least and largest step in which a curve is followed between two points, as a share of their chord."""
 
 TURNED = 0.2
-"""Most that the direction changes in such a step [rad]."""
+"""Largest change of the curve's direction in a step in which it is followed [rad]."""
 
 MOST_STEPS = 400
-"""Such steps within one chord, or around a closed curve inside a cell."""
+"""Largest number of steps within one chord, or around a closed curve inside a cell."""
 
 CORRECTIONS, SETTLED = 40, 4e-16
 """Newton steps onto the curve, of which four are usual, and the step, over the size of the place, that ends them."""
@@ -108,7 +108,7 @@ class Contour(Struct, frozen=True, eq=False):
         return len(self.u)
 
     def crossings(self) -> list[float]:
-        """Parameters of the points at which q = 1/2 is crossed."""
+        """Parameters w of the points at which the contour crosses q = 1/2."""
         # The finest cells of the grid are around q = 1/2: a curve that crosses it has a point with |u| <= ON_MIDDLE.
         return [float(i) for i in np.flatnonzero(np.abs(self.u[1:-1]) <= ON_MIDDLE) + 1]
 
@@ -371,7 +371,7 @@ def _hidden(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> li
 
 
 def _around(surface: ContourPlane, u: float, phi: float, reach: float) -> Contour:
-    """The small closed curve through a place with the half width `reach` in u, as points a tenth of that apart."""
+    """The small closed curve through a place with the half width `reach` in u, as points a tenth of the width apart."""
     # Measured by its extents in u and in the phase, the curve is round: steps on it are then of one size.
     points, place = [(u, phi)], np.array([u, phi])
     _, by_u, by_phi = (float(x[0]) for x in surface.gradient(np.array([u]), np.array([phi])))

@@ -32,7 +32,7 @@ class BifurcationDiagram(Struct, frozen=True, eq=False):
     Attributes
     ----------
     curve : LevelCurve
-        Of the motions on their surface.
+        Level curve of the motions on their surface.
     branches : tuple of Branch
         Mirror images last.
     critical_points : tuple of Point
@@ -150,7 +150,7 @@ class TableRow(Struct, frozen=True, eq=False):
     ----------
     symmetry : Symmetry
     branch : int
-        Number of the branch; a mirror image has no row besides.
+        Number of the branch; its mirror image has no row.
     start_point, end_point : Point or None
         Critical points at the ends of the interval; None where the sweep or the branch ends.
     stability : Stability

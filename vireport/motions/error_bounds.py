@@ -1,6 +1,6 @@
 """Error bounds for every number of a motion, from the rounding of its formula and the conditioning.
 
-A motion that was computed stands for an exact one of the scenario nearby: every number of it differs from that motion's
+A computed motion stands for an exact motion of the scenario nearby: each of its numbers differs from the exact one
 by at most its bound. A computed motion satisfies the conditions f(x) = 0 up to a residual. By the theorem of Newton and
 Kantorovich there is an exact motion within twice the least change that makes up for the residual and for the rounding
 of the residual, where the conditions bend little over that distance. The conditions are evaluated in numbers
@@ -9,10 +9,10 @@ that carry their error (`Rounded`), and the least change is that of their linear
 - 1:1 motions have a closed form for all numbers but q and the phase, so that the sweep's level is the one condition
   left, and the least change is its residual over its gradient (`one_to_one_bounds`);
 - motions of any word have two conditions for each flight, and the least change is that of the pseudo-inverse of their
-  derivatives, which is the former for a single condition (`distance_bounds`, `family_bounds`, and `point_bounds` where
-  nothing varies).
+  derivatives, the same for a single condition (`distance_bounds`, `family_bounds`, and `point_bounds` where nothing
+  varies).
 
-At an end of the sweep the bounds also hold for the motion of that very end, of which q and phase are correctly rounded.
+At an end of the sweep the bounds also hold for the motion at that very end, whose q and phase are correctly rounded.
 At a design point, which states both groups, the exact motion is the one there.
 """
 
@@ -52,7 +52,7 @@ from vireport.scenario.parameters import Parameter
 Floats = NDArray[np.float64]
 
 CURVATURE = 2.0
-"""Factor on the least change of q and phase, for the bend of the level on the way: the theorem's largest."""
+"""Factor on the least change of q and phase, for the curvature of the level: the largest that the theorem allows."""
 
 NEAR = 0.1
 """Kantorovich's beta L eta (bound of the inverse, Lipschitz constant of the derivatives, least change) up to which
@@ -304,7 +304,7 @@ def _distances(word: Word, matrices: Floats, conditions: list[Rounded], gbar: Ar
 
 
 class _Fixed(Struct, frozen=True):
-    """The groups of a device of which nothing varies, as a `Grouped`."""
+    """The groups of a device in which nothing varies, as a `Grouped`."""
 
     groups: Groups[Any]
 
@@ -326,7 +326,7 @@ def point_bounds(curve: Curve, x: Floats) -> tuple[Floats, Floats]:
     Returns
     -------
     velocity, time : ndarray (N,)
-        Bounds for its impacts [y_c, t_c]; infinite where motions meet.
+        Bounds for the motion's impacts [y_c, t_c]; infinite where motions meet.
     """
     groups = curve.model.at((float(x[-1]),))
     enclosed = _Fixed(groups.map_numbers(lambda number: Rounded(number, GROUP_ERROR * abs(number))))
@@ -348,7 +348,7 @@ def family_bounds(sweep: Sweep, model: Model, x: Floats, distance: Floats, sweep
     x : ndarray (n, 2N + 1)
         Velocities, times and coordinate of each motion.
     distance : ndarray (n, 2N + 1)
-        To the exact motion, see `distance_bounds`.
+        Bounds of the distance to the exact motion, see `distance_bounds`.
     sweep_value : ndarray (n,)
         The swept parameter of each motion, as it is stated.
 
@@ -392,7 +392,7 @@ def sweep_value_bounds(sweep: Sweep, stored: Floats, group: Rounded) -> Floats:
 
 
 def undecided(motions: Motions, bounds: dict[str, Floats]) -> NDArray[np.bool_]:
-    """Whether rounding leaves open if the ball stays between the membranes: the gap is within its bound."""
+    """Whether rounding leaves open if the ball stays between the membranes: the gap's size is within its bound."""
     return np.asarray(np.abs(motions.wall_gap) <= bounds["wall_gap"])
 
 

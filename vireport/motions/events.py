@@ -39,9 +39,9 @@ class Event(StrEnum):
 
     @property
     def letter(self) -> str:
-        """Letter of the labels of its points: the paper's A, B and C, and G and S for what it does not treat.
+        """Letter of the labels of the event's points: the paper's A, B and C, and G and S for what it does not treat.
 
-        These are grazing, and where a ball with friction comes to a stop in its flight.
+        G is grazing, S where a ball with friction comes to a stop in its flight.
         """
         letters = {Event.NODE_FOCUS: "A", Event.PERIOD_DOUBLING: "B", Event.GRAZING: "G", Event.STOP: "S"}
         return letters.get(self, "C")
@@ -60,5 +60,5 @@ TRACE_LEVELS: dict[Event, Callable[[Any], Any]] = {
 
 The determinant is decay^2 (r^4 for a 1:1 motion, (A.3)), so that the multipliers are the roots of
 lambda^2 - tr lambda + decay^2: one is -1 at tr = -(1 + decay^2), one is 1 at tr = 1 + decay^2, and both are equal,
-Delta = 0, at tr = 2 decay or, the other end of a range of foci, -2 decay.
+Delta = 0, at the ends of a range of foci, tr = 2 decay and tr = -2 decay.
 """

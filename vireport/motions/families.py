@@ -35,8 +35,8 @@ ROUNDING = 1e-9
 """Share of the sweep up to which a value beyond the end of a family counts as that end."""
 
 MOST_PRINTED = 150
-"""Families that a page shows: as rows some three pages, as curves as many as the eye can separate. With a restitution
-near 1 there are over a thousand, which took ten times as long to draw and to set, and made a page of 44 MB."""
+"""Largest number of families that a page shows: as rows some three pages, as curves as many as the eye can separate.
+Over a thousand, as with a restitution near 1, took ten times as long to draw and to set, and made a page of 44 MB."""
 
 
 class Mark(Struct, frozen=True, eq=False):
@@ -153,7 +153,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def critical_points(self) -> dict[int, Point]:
-        """The labelled points on it, by their rows."""
+        """The labelled points on the family, by their rows."""
         return {mark.row: mark.point for mark in self.marks if mark.point is not None and mark.point.label}
 
     @cached_property
@@ -187,7 +187,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def stable_runs(self) -> list[tuple[int, int]]:
-        """First and last rows of the stretches over which it is stable without a break."""
+        """First and last rows of the stretches over which the family is stable without a break."""
         runs: list[tuple[int, int]] = []
         for part in self.segments:
             if part.stable and runs and runs[-1][1] == part.first:
@@ -215,7 +215,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def determinant(self) -> Any:
-        """Determinant of the product of the flights' Jacobians, r^(2N): a number, or an array over the motions."""
+        """Determinant of the return map, product of r^2 over the impacts: a number, or an array over the motions."""
         return self.model.determinant(self.word.walls, self.x[:, -1])
 
     @property
@@ -245,7 +245,7 @@ class Family(Struct, frozen=True, eq=False, dict=True):
         return family_bounds(self.sweep, self.model, self.x, self.error_bound, self.sweep_value)
 
     def at(self, coordinate: float) -> list[Motion]:
-        """Solve for its motions at a value of the coordinate."""
+        """Solve for the family's motions at a value of the coordinate."""
         # A family may turn back in the swept parameter and pass a value several times: each crossing is one motion.
         c, motions = self.x[:, -1], []
         nearest = float(np.clip(coordinate, c.min(), c.max()))
@@ -268,11 +268,11 @@ class Claim(StrEnum):
     """Evidence for the completeness of the families of one word."""
 
     COMPLETE = "complete"
-    """None is missing but those nearer to a listed one than the resolution, and in undecided flight times."""
+    """No family is missing but those nearer to a listed one than the resolution, and in undecided flight times."""
     SEARCHED = "searched"
-    """All were looked for; families smaller than the resolution can be missed."""
+    """All families were looked for; those smaller than the resolution can be missed."""
     FOLLOWED = "followed"
-    """Listed are those that join others, or that a simulation came to."""
+    """Only families that join others, or that a simulation came to, are listed."""
 
 
 class Completeness(Struct, frozen=True):

@@ -1,7 +1,7 @@
 """The level curve of a sweep on the surface of motions: cut into strands, evaluated on them, and sampled.
 
 Read from `curve_of` on: where a sweep has motions at all, the strands of its curve, the motions on these with the
-functions that are zero where something happens, and the samples between which nothing is missed.
+functions that are zero at events, and the samples between which nothing is missed.
 
 Above each q a level a sin(phi) + b cos(phi) = c has two motions where |c| < (a^2 + b^2)^(1/2), one where they meet,
 none beyond. So a sweep's motions lie above the intervals of q where that holds, on an upper and a lower sheet that
@@ -41,7 +41,7 @@ TINIEST_FEATURE = -18
 """Decade of u down to which existence is looked for next to the symmetric line; `physics.NO_GRAVITY` lies above."""
 
 EXISTENCE_SECTIONS = 60
-"""Golden sections that find an extremum of the margin of existence: to the last bit."""
+"""Golden sections that locate an extremum of the margin of existence to the last bit."""
 
 FIRST_SAMPLES = 97
 """Samples of a strand before refinement; odd, so that the symmetric motion q = 1/2 is one of them."""
@@ -59,13 +59,13 @@ LONGEST_JUMP = 0.05
 """Longest step on the surface itself (of phase over 2 pi, and q)."""
 
 SHORTEST_STEP, SHORTEST_STEP_OUTSIDE = 1e-13, 1e-9
-"""Steps of w that are not refined: inside the sweep down to rounding; outside, where nothing is drawn, before that."""
+"""Steps of w that are not refined: inside the sweep, and outside, where nothing is drawn."""
 
 MOST_SAMPLES = 200_000
-"""Samples at which a curve is given up: none that rounding resolves takes a twentieth of that."""
+"""Number of samples at which a curve is given up: none that rounding resolves takes a twentieth of that."""
 
 PASSES = 60
-"""Bisections of one first step: enough to come from 1/96 of a strand down to rounding."""
+"""Largest number of bisections of a first step: enough to come from 1/96 of a strand down to rounding."""
 
 COLUMNS: tuple[Condition, ...] = (
     Condition(Event.PERIOD_DOUBLING),
@@ -82,7 +82,7 @@ COLUMNS: tuple[Condition, ...] = (
 1 + r^4 is a fold here; `points` tells a pitchfork from it."""
 
 TRACED, MEETING, GRAZING, VALIDITY = slice(0, 4), 3, 4, slice(5, None)
-"""Columns of `COLUMNS`: of the trace, of folds among these, of grazing, and those that are positive for a motion."""
+"""Places in `COLUMNS`: conditions on the trace, among them the fold; grazing; conditions positive for a motion."""
 
 
 class Strand(Struct, frozen=True, eq=False):
@@ -106,7 +106,7 @@ class Strand(Struct, frozen=True, eq=False):
 
     @property
     def sheet(self) -> float:
-        """The sheet, 1 upper or -1 lower, of a strand over all q from 0 to 1; 0 of one that changes sheets."""
+        """The sheet, 1 upper or -1 lower, of a strand over all q from 0 to 1; 0 for a strand that changes sheets."""
         if self.low != -EDGE or self.high != EDGE:
             return 0.0
         return 1.0 if self.start == 0 else -1.0
@@ -140,7 +140,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
     ----------
     sweep : Sweep
     plane : SweptPlane
-        In which the curve lies.
+        The plane in which the curve lies.
     strands : list of Strand or Contour
     bounds : tuple of float
         Range of the sweep's coordinate that is looked at: what the scenario sweeps, as far as there can be motions and
@@ -160,7 +160,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
         return self.plane.level
 
     def restitution(self, orbit: Orbits) -> Any:
-        """The restitution of motions: that of the device, or their own in a sweep over it."""
+        """The restitution of motions: the device's, or of each motion in a sweep over a restitution."""
         return self.plane.r if orbit.restitution is None else orbit.restitution
 
     @property
@@ -235,7 +235,7 @@ class LevelCurve(Struct, frozen=True, eq=False):
 
 
 def plane_of(sweep: Sweep) -> SweptPlane:
-    """The plane of the 1:1 motions of a sweep: with two sheets for a sine, a contour for harmonics and restitutions."""
+    """The plane of the 1:1 motions of a sweep, its kind chosen by the force and the parameter that varies."""
     device = sweep.device
     kind = ContourPlane if device.harmonics else SweptPlane
     if sweep.parameter.bounces:
@@ -244,7 +244,7 @@ def plane_of(sweep: Sweep) -> SweptPlane:
 
 
 def curve_of(sweep: Sweep) -> LevelCurve:
-    """Find the level curve of a sweep, without strands where the sweep is beyond all motions."""
+    """Find the level curve of a sweep; it has no strands where the sweep is beyond all motions."""
     plane, device = plane_of(sweep), sweep.device
     if sweep.parameter.bounces:
         return LevelCurve(sweep, plane, find_strands(plane), sweep.coordinate_range)
@@ -273,7 +273,7 @@ def largest_with_friction(largest: tuple[float, float], friction: float, r: Rest
     largest : tuple of float
         d and gbar without friction, see `largest_groups`.
     friction : float
-        Largest f over the sweep.
+        Largest friction f over the sweep [-].
     r : float or Restitutions
     n : int
         Forcing periods per motion.
@@ -286,7 +286,7 @@ def largest_with_friction(largest: tuple[float, float], friction: float, r: Rest
 
 @lru_cache(maxsize=64)
 def largest_groups(r: Any, n: int, harmonics: tuple[Harmonic, ...]) -> tuple[float, float]:
-    """Largest d and gbar of any motion, by 0.1 % more; upper bounds of these where the force has harmonics."""
+    """Largest d and gbar of any motion, enlarged by 0.1 %; upper bounds of these where the force has harmonics."""
     if harmonics:
         parts = [(part.share, *largest_groups(r, part.order * n, ()), part.order) for part in (SINE, *harmonics)]
         return sum(p * d / j**2 for p, d, _, j in parts), sum(p * gbar for p, _, gbar, _ in parts)
@@ -377,7 +377,7 @@ def evaluate(plane: SweptPlane, strands: Strands, which: Ints | int, w: Floats) 
 
 
 class Samples(Struct, frozen=True, eq=False):
-    """Parameters on the strands, in order, with what refinement looks at.
+    """Samples on the strands, in order, with the numbers that decide where they are refined.
 
     Attributes
     ----------
@@ -445,7 +445,7 @@ def _jumps(samples: Samples) -> NDArray[np.bool_]:
 
 def _relevant(samples: Samples) -> NDArray[np.bool_]:
     """Which steps touch a valid sample, leap over the sweep, or may hide a rise of the validity above zero."""
-    # All three: a strand may enter the sweep and leave it again between two samples that are both outside.
+    # All three are needed: a strand may enter the sweep and leave it again between two samples that are both outside.
     v, beyond_middle = samples.validity, samples.drawn[:, 0] > 0.5
     touches = (v[1:] > 0) | (v[:-1] > 0) | (beyond_middle[1:] != beyond_middle[:-1])
     inner = v[1:-1]

@@ -1,7 +1,7 @@
 """The plane of q and phase in which the level of a sweep is a curve: the height of each place above the level.
 
-`SweptPlane` is that of a force that is a sine, where the level has two phases above each q, in closed form;
-`ContourPlane` that of a force with harmonics, in which `contour` follows it.
+In a `SweptPlane`, for a force that is a sine, the level has two phases above each q, in closed form; in a
+`ContourPlane`, for a force with harmonics, `contour` follows the level.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from vireport.physics.numbers import ARRAYS, IMAGINARY_STEP, Arithmetic, Continu
 Floats = NDArray[np.float64]
 
 EDGE = 0.5
-"""|u| at which one of the two flights has no duration left."""
+"""|u| at which the duration of one of the two flights is zero."""
 
 
 class SweptPlane(Struct, frozen=True, eq=False, dict=True):
@@ -44,7 +44,7 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
     ----------
     level : Level
     r : array_like or Restitutions
-        Restitution of the device, 0 <= r < 1; one of both may vary.
+        Restitution of the device, 0 <= r < 1; it may be the one that varies.
     n : int
         Forcing periods per motion.
     harmonics : tuple of Harmonic
@@ -67,7 +67,7 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def dynamics(self) -> Dynamics:
-        """What the motions depend on besides d and gbar."""
+        """Restitution, period, harmonics and friction, on which the motions depend besides d and gbar."""
         return Dynamics(self.r, self.n, self.harmonics, self.level.friction)
 
     def value(self, u: Arithmetic, phi: Arithmetic, ops: ContinuousFunctions = ARRAYS) -> Any:
@@ -147,25 +147,25 @@ def _terms(level: Level, k: Coefficients) -> tuple[Any, Any, Any]:
 
 
 class _Rubbed(Struct, frozen=True, eq=False):
-    """Terms that friction adds to the level at each q.
+    """The terms a, b, c of the level at each q, completed by friction.
 
     Notes
     -----
     With G, D of `rubbing` and g, h what gbar and d are without friction, f = c + a gbar + b d has gbar = g + f G and
-    d = h + f D. A sweep over length or frequency holds gbar, of a constant f: g = gbar - f G. One over the force holds
-    d/gbar = L, with f = a gbar: times 1 - a G, which takes the pole of f, it is h - L g + a (D g - G h) = 0. Of a
-    horizontal capsule it holds gbar = 0 with f = b d: times 1 - b D, it is g + b (G h - D g) = 0.
+    d = h + f D. A sweep over length or frequency holds gbar and f: g = gbar - f G. A sweep over the force holds
+    d/gbar = L, with f = a gbar: times 1 - a G, which removes the pole of f, h - L g + a (D g - G h) = 0. With a
+    horizontal capsule it holds gbar = 0, with f = b d: times 1 - b D, g + b (G h - D g) = 0.
     """
 
     level: Level
     friction: Friction
     rubbing: Rubbing
     share: Any
-    """G, divided as g is."""
+    """G, divided by the same factor as g."""
 
     @staticmethod
     def of(plane: SweptPlane, k: Coefficients, u: Arithmetic, ops: Functions) -> _Rubbed | None:
-        """The terms of a level with friction; None without. `k` are the coefficients of the sine at u."""
+        """The terms of a level with friction, from the coefficients `k` of the sine at u; None without friction."""
         level, r, n = plane.level, plane.r, plane.n
         if level.friction is None:
             return None
@@ -175,7 +175,7 @@ class _Rubbed(Struct, frozen=True, eq=False):
         return _Rubbed(level, level.friction, terms, share)
 
     def term(self, a: Arithmetic, gbar: Arithmetic, d: Arithmetic) -> Any:
-        """The coefficient a of the sine (or cosine) with friction, from that of the level, of gbar and of d without."""
+        """The coefficient of the sine or cosine with friction, from the level's `a` and those of gbar and d without."""
         if self.level.held is Held.RATIO:
             return a + self.friction.by_gbar * (self.rubbing.d * gbar - self.rubbing.gbar * d)
         if type(self.friction.by_d) is int:
@@ -183,7 +183,7 @@ class _Rubbed(Struct, frozen=True, eq=False):
         return a + self.friction.by_d * (self.share * d - self.rubbing.d * a)
 
     def held(self, c: Arithmetic) -> Any:
-        """The right-hand side c of the level with friction, from that without."""
+        """The right-hand side c of the level with friction, from the one without."""
         return c - self.friction.constant * self.share
 
 
@@ -213,7 +213,7 @@ class ContourPlane(SweptPlane, frozen=True, eq=False):
 
     @property
     def sharp(self) -> bool:
-        """Whether the level may have features of any size next to q = 1/2, as that of a nearly horizontal capsule."""
+        """Whether the level may have features of any size next to q = 1/2, as for a nearly horizontal capsule."""
         return True
 
     @property

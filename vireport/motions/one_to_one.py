@@ -34,7 +34,7 @@ from vireport.scenario.parameters import Parameter
 Floats = NDArray[np.float64]
 
 SAMPLES = 80
-"""Samples of a flight, of which a smooth curve is drawn."""
+"""Number of samples of a flight, enough to draw a smooth curve."""
 
 
 class Motions(Struct, frozen=True, eq=False):
@@ -49,7 +49,7 @@ class Motions(Struct, frozen=True, eq=False):
     q : ndarray
         Share of the period that the ball takes from the bottom to the top.
     u : ndarray
-        q - 1/2, to full relative accuracy, which q has not where u is small.
+        q - 1/2, to full relative accuracy, which q does not give where u is small.
     phi_bottom, phi_top : ndarray
         Forcing phase at the impacts [rad], in [0, 2 pi).
     velocity_bottom, velocity_top : ndarray
@@ -153,7 +153,7 @@ def impact_velocities(device: Device, parameter: Parameter, motions: Motions) ->
     ----------
     device : Device
     parameter : Parameter
-        The swept one, which `motions.sweep_value` is of.
+        The swept parameter, whose values are `motions.sweep_value`.
     motions : Motions
     """
     unit = np.asarray(device.velocity_unit(parameter, motions.sweep_value))
@@ -166,9 +166,9 @@ class BallPath(Struct, frozen=True, eq=False):
     Attributes
     ----------
     time : ndarray
-        After a bottom impact [forcing periods]; twice at the impact on the top.
+        Time since a bottom impact [forcing periods]; the time of the top impact stands twice.
     distance : ndarray
-        Of the ball from the bottom membrane, over s: 1/2 - Z/d, 0 at the bottom membrane and 1 at the top one.
+        Distance of the ball from the bottom membrane over s, 1/2 - Z/d [-]: 0 at the bottom membrane, 1 at the top one.
     capsule : ndarray
         Displacement of the capsule's centre from its mean place [x_c].
     """
@@ -187,17 +187,17 @@ def ball_path(device: Device, parameter: Parameter, motions: Motions, row: int) 
     ----------
     device : Device
     parameter : Parameter
-        The swept one, which `motions.sweep_value` is of.
+        The swept parameter, whose values are `motions.sweep_value`.
     motions : Motions
     row : int
-        Of the motion.
+        Row of the motion.
 
     Source: Eq. (2.12).
 
     Notes
     -----
-    A prescribed capsule follows P'' = cos(pi t + phi). Of a free one that moves the centre of mass with the ball,
-    (X + mu x)/(1 + mu) = P/(1 + mu), x = X - Z, which impacts leave alone: X = (P + mu Z)/(1 + mu).
+    A prescribed capsule follows P'' = cos(pi t + phi). With a free one the centre of mass of capsule and ball, which
+    impacts leave alone, moves as (X + mu x)/(1 + mu) = P/(1 + mu), x = X - Z, so that X = (P + mu Z)/(1 + mu).
     """
     n, harmonics = device.period_ratio, device.harmonics
     friction = device.groups(parameter, float(motions.sweep_value[row])).friction
@@ -235,7 +235,7 @@ def motions_of(sweep: Sweep, orbit: Orbits, restitution: Any = None) -> Motions:
     sweep : Sweep
     orbit : Orbits
     restitution : float or Restitutions, optional
-        Of these motions; by default that of the orbits, or else of the device.
+        Restitution of these motions; by default that of `orbit`, or else of the device.
     """
     restitutions = sweep.device.restitution if orbit.restitution is None else orbit.restitution
     r = restitutions if restitution is None else restitution

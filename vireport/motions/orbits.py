@@ -10,9 +10,9 @@ Where the membranes are not alike, r_b at the bottom and r_t at the top, momentu
 give the same with a = (1-r)/(2(1+r)) of either: K(q) = -T^2 (1+r_b) [(q - 1/2)^2 + a_b a_t], and a_t - a_b =
 (r_b - r_t)/[(1+r_b)(1+r_t)] is added to u in gbar.
 
-A harmonic of order j in the force has the surface of a sine with j omega, of which the period is j n: gbar is the same,
-the velocity 1/j and d 1/j^2 of its. Surfaces are added, as the equations are linear in the force, and D2 = K(q)/T^2 is
-that of the sine; above each q the sum is a trigonometric polynomial in the phase.
+A harmonic of order j in the force has the surface of a sine with j omega and j n periods: the same gbar, 1/j of its
+velocity and 1/j^2 of its d. Surfaces are added, as the equations are linear in the force and K(q)/T^2 is the same for
+all orders; above each q the sum is a trigonometric polynomial in the phase.
 
 Dry friction, while Z' keeps its sign in each flight, acts as more or less gravity: it is gbar + f up and gbar - f down.
 The equations are linear in f, too: to gbar, velocity and d above each q it adds f times functions of q, see `Friction`.
@@ -45,7 +45,7 @@ class Coefficients(Struct, frozen=True, eq=False):
     Attributes
     ----------
     sin_a, cos_a : array_like
-        Of the phase a = pi Tu that passes from the bottom to the top impact [-].
+        Sine and cosine of the phase a = pi Tu that passes from the bottom to the top impact [-].
     time_up, time_down : array_like
         Tu = T q and Td = T (1-q) [t_c].
     determinant : array_like
@@ -134,14 +134,14 @@ def coefficients(u: Arithmetic, r: Restitution, n: int, ops: Functions = ARRAYS)
 class Friction(Struct, frozen=True, eq=False):
     """Dry friction f over a sweep as a function of the groups: `constant` + `by_gbar` gbar + `by_d` d.
 
-    It is constant over a sweep of length or frequency. Over one of the force it is proportional to gbar, or to d where
-    the capsule is horizontal.
+    It is constant over a sweep of length or frequency. Over a sweep of the force it is proportional to gbar, or to d
+    where the capsule is horizontal.
 
     Attributes
     ----------
     constant, by_gbar, by_d : array_like
-        In the force's amplitude [-]. The whole number 0 marks a term that is absent: it costs nothing and adds no
-        rounding.
+        Over the amplitude of the force [-]. The whole number 0 marks a term that is absent: it costs nothing and adds
+        no rounding.
     """
 
     constant: Any
@@ -181,8 +181,8 @@ def rubbing(k: Coefficients, u: Arithmetic, r: Restitution, n: int) -> Rubbing:
 
     Notes
     -----
-    With G for gbar/f gravity is G + 1 for Tu and G - 1 for Td. Both flights and the impacts between them give
-    (1 + r_t) K G = T^2 [(1 + r_b r_t) u + (r_b - r_t) (1/4 - u^2)], of the velocity at the bottom
+    With G for gbar/f, gravity is G + 1 during Tu and G - 1 during Td. Both flights and the impacts between them give
+    (1 + r_t) K G = T^2 [(1 + r_b r_t) u + (r_b - r_t) (1/4 - u^2)], for the velocity V at the bottom
     (1 + r_t) K V = Tu Td (Tu - r_t Td), and d = Tu Td/(2T) [2 (1 + r_b) V - T (G + 2 u)].
     """
     bottom, top = by_wall(r)
@@ -237,7 +237,7 @@ class Orbits(Struct, frozen=True, eq=False):
     friction : array_like or None
         f of each motion; None for a ball without friction.
     restitution : array_like or Restitutions, or None
-        Of each motion, in a sweep over a restitution; None where all have that of the device.
+        Restitution of each motion, in a sweep over a restitution; None where all have the device's.
     """
 
     u: Any
@@ -292,7 +292,7 @@ ORBIT_NUMBERS = tuple(name for name in Orbits.__struct_fields__ if name not in (
 
 
 class Dynamics(Struct, frozen=True, eq=False):
-    """What the 1:1 motions of a device depend on besides d and gbar.
+    """Restitution, period, harmonics and friction: all that 1:1 motions depend on besides d and gbar.
 
     Attributes
     ----------
@@ -362,8 +362,8 @@ def orbits_above(
         rubbed = friction.at(gbar, d) / (1 - friction.by_gbar * unit.gbar - friction.by_d * unit.d)
         gbar, velocity, d = gbar + rubbed * unit.gbar, velocity + rubbed * unit.velocity, d + rubbed * unit.d
         gained = gbar + 2 * u * rubbed
-    # Over the period gravity adds T gbar to the velocity, of which each impact takes (1 + r) times its velocity: that
-    # is (3.8). Friction adds f for Tu and takes it for Td.
+    # Over the period gravity adds T gbar to the velocity, and each impact takes off (1 + r) times its velocity: that is
+    # (3.8). Friction adds f during Tu and takes it off during Td.
     bottom, top = by_wall(r)
     taken = velocity if bottom is top else velocity * ((1 + bottom) / (1 + top))
     return Orbits(

@@ -1,8 +1,8 @@
 """Continuation of families of motions of any word, by pseudo-arclength, from event to event.
 
 Motions are points of a space of 2N + 1 unknowns (velocities and times of N impacts, and what varies), in which 2N
-conditions leave a curve. `Path` follows such a curve, whatever varies; `Curve` is the motions of one word along a sweep
-or another line through the inputs. Steps are so short that the trace, on which all types of motion rest, changes by
+conditions leave a curve. A `Path` is such a curve, whatever varies; a `Curve` is the motions of one word along a sweep
+or another line through the inputs. Steps are so short that the trace, which decides the type of a motion, changes by
 little; every event between two points is bracketed and then located on the curve itself.
 
 Read `follow` (the loop over steps), then `Path.neighbour` (one step), `Path.strain` (its length) and `Curve.happenings`
@@ -41,30 +41,30 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 1e-3, 0.05, 1e-9
-"""Steps of the arclength in velocities, times and the share of the sweep."""
+"""First, longest and shortest step of the arclength in velocities [y_c], times [t_c] and the share of the sweep."""
 
 LAST_STEP = 1e-6
 """Arclength of the step up to which a velocity may go to zero wherever the trace is."""
 
 AIM, LEAST, MOST = 0.8, 0.08, 2.5
-"""Strain that the next step should have, and the strains below and above which the step is changed by no more: tenfold
-longer at most, a third as long at least."""
+"""Strain that the next step should have, and the least and largest strain that count: a step becomes at most ten times
+as long as the last one, and at least a third as long."""
 
 STEEPEST = 0.35
-"""Most that a step may change arctan(tr/(1 + det)) [rad]; from one border of stability to the other it is pi/2."""
+"""Largest change of arctan(tr/(1 + det)) in a step [rad]; from one border of stability to the other it is pi/2."""
 
 CLOSE = 1e-4
 """Step that need not be shorter because a velocity or gap is small."""
 
 SHARPEST = 0.1
-"""Most that the direction may change within a step [rad]."""
+"""Largest change of the direction within a step [rad]."""
 
 MOST_POINTS = 4000
-"""Points of one family in one direction."""
+"""Largest number of points of one family in one direction."""
 
 MOST_IDLE_STEPS = 50
-"""Steps in a row that together must be longer than `CLOSE`, or the path goes nowhere; on 60 random devices any two in a
-row were."""
+"""Number of steps in a row that together must be longer than `CLOSE`, or the path goes nowhere; on 60 random devices
+any two in a row were."""
 
 CONVERGED, ROUNDING = 1e-12, 1e-10
 """Newton correction that ends the search for a motion, and the one that is accepted where rounding prevents that."""
@@ -76,7 +76,7 @@ SQUARED = 1e-9
 """Newton correction that ends the search where the next one would be about its square."""
 
 CORRECTIONS = 8
-"""Newton corrections of a guess, at most."""
+"""Largest number of Newton corrections of a guess."""
 
 RANK = 1e-7
 """Singular value, over the largest, that counts as zero where families cross."""
@@ -89,7 +89,7 @@ PASSED = Condition(Event.PERIOD_DOUBLING), Condition(Event.NODE_FOCUS), Conditio
 """Conditions on the trace at which motions of a family continue beyond the event."""
 
 MEETING = Condition(Event.FOLD)
-"""Where motions meet, in a fold or a pitchfork."""
+"""The condition at which motions meet, in a fold or a pitchfork."""
 
 NEARBY, DOUBTFUL = 0.3, 0.5
 """Distance of the trace to a border within which it may cross it within a step and come back; and
@@ -105,7 +105,7 @@ the trace does not cross its level, as it does in a fold. The equations are sing
 from the image, or so: once in some thousand times 1e-5 from it, farther than `IMAGE`."""
 
 CROSSED = 1e-11
-"""Depth beyond which the trace crosses a border rather than comes to it and goes back."""
+"""Depth beyond which the trace crosses a border rather than touches it."""
 
 
 class PathPoint(Struct, frozen=True, eq=False, dict=True):
@@ -199,8 +199,8 @@ class Arc(Struct, frozen=True, eq=False, dict=True):
 class Path(Struct, frozen=True, eq=False):
     """A curve of motions: the solutions of conditions that are one fewer than the unknowns.
 
-    The unknowns are velocities and times of the impacts [y_c, t_c] and what varies of the device. A kind of path says
-    what varies and what happens on it; all of them are followed by `follow`.
+    The unknowns are velocities and times of the impacts [y_c, t_c] and the inputs that vary. Each kind of path defines
+    what varies and which events occur; `follow` follows all of them.
 
     Attributes
     ----------
@@ -208,7 +208,7 @@ class Path(Struct, frozen=True, eq=False):
     first, longest : float
         First and longest step of the arclength.
     sharpest : float
-        Most that the direction may change within a step [rad].
+        Largest change of the direction within a step [rad].
     settled : float
         Newton correction that ends the search for the motion at the end of a step.
     resolved : float
@@ -222,7 +222,7 @@ class Path(Struct, frozen=True, eq=False):
     @property
     @abstractmethod
     def scale(self) -> Floats:
-        """What each unknown is divided by, so that one arclength measures them all."""
+        """The divisors of the unknowns, so that one arclength measures them all."""
 
     @abstractmethod
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
@@ -246,7 +246,7 @@ class Path(Struct, frozen=True, eq=False):
 
     @abstractmethod
     def steepness(self, arc: Arc) -> float:
-        """Change of the function on which events rest within a step, over the most at which none can be missed."""
+        """Change within a step of the function that locates events, over the largest at which none can be missed."""
 
     @abstractmethod
     def end_within(self, arc: Arc) -> tuple[Event, PathPoint]:
@@ -273,7 +273,7 @@ class Path(Struct, frozen=True, eq=False):
         return float(self.groups(x).decay(self.word.walls, x[: len(self.word)].tolist()))
 
     def strain(self, arc: Arc) -> float:
-        """Length of a step over the longest in which no event can be missed; a step is accepted up to 1.
+        """Length of a step over the longest one in which no event can be missed; a step is accepted up to 1.
 
         Notes
         -----
@@ -290,7 +290,7 @@ class Path(Struct, frozen=True, eq=False):
         return max(steepest, step * (turned + step) / least)
 
     def reach(self, point: PathPoint) -> float:
-        """Longest step from a point: by `strain` it may grow with the root of the least velocity or gap."""
+        """Longest step from a point: by `strain` it grows with the root of the least velocity or gap."""
         return max(min(sqrt(max(point.margin, 0.0)) / 2, self.longest), CLOSE)
 
     def leaves(self, x: Floats, first: PathPoint) -> bool:
@@ -393,7 +393,7 @@ class Path(Struct, frozen=True, eq=False):
         arc : Arc
         value : callable
         tolerance : float, optional
-            In the place of `resolved`.
+            Correction, as a share of the step, that ends the search; by default `resolved`.
 
         Returns
         -------
@@ -526,7 +526,7 @@ def _advance(path: Path, trail: Trail, arc: Arc, until: frozenset[Event]) -> boo
     NumericalError
         If what happens on the way cannot be located.
     """
-    # The end is located first: events beyond it are of no motion.
+    # The end is located first: events beyond it belong to no motion.
     end, new = path.end_within(arc) if arc.end.margin <= 0 else (None, arc.end)
     happenings, over = path.happenings(Arc(arc.start, new))
     if end is None and _closes(trail, new):
@@ -649,7 +649,7 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return [share, rest, *self._speeds(x), *self._leaving(x, groups), *gaps]
 
     def _leaving(self, x: Floats, groups: Groups[float]) -> list[float]:
-        """Accelerations away from the membrane at the impacts of a ball without restitution; none with restitution.
+        """Accelerations away from the membrane at the impacts whose restitution is zero.
 
         If one is negative the ball rests on the membrane, which is no motion of the word. The gap would not show that:
         the distance by which the solution passes through the membrane grows with the cube of the acceleration.
@@ -777,13 +777,13 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         return [(motion, event) for _, motion, event in sorted(events, key=itemgetter(0))], over
 
     def _passed(self, arc: Arc) -> tuple[Condition, ...]:
-        """Conditions looked for within a step: of node and focus not if r = 0, where one multiplier is always zero."""
+        """Conditions looked for within a step: not node and focus if r = 0, where one multiplier is always zero."""
         if arc.start.decay:
             return self.passed
         return tuple(condition for condition in self.passed if condition.event is not Event.NODE_FOCUS)
 
     def _excess(self, condition: Condition) -> Callable[[PathPoint], float]:
-        """The function of a motion that is its trace less that at a condition."""
+        """The function of a motion that is its trace less the trace at a condition."""
         return lambda point: float(condition.excess(point.trace, point.decay))
 
     def _beyond_a_border(self, arc: Arc) -> PathPoint | None:
@@ -819,9 +819,9 @@ class Curve(Path, frozen=True, eq=False, dict=True):
         ----------
         arc : Arc
         condition : Condition
-            Whose trace is the border.
+            The condition whose trace is the border.
         side : float
-            The side of it on which the ends of the step are, 1 or -1.
+            Side of the border on which the ends of the step are, 1 or -1.
         share : float
         """
         excess = self._excess(condition)
@@ -842,7 +842,7 @@ def _is_symmetric(curve: Curve, x: Floats, within: float = IMAGE) -> bool:
 
 
 def _turned_back(curve: Curve, x: Floats) -> Event | None:
-    """The event at which a family goes back as its own image: a period doubling or a pitchfork of others; else None."""
+    """The event at which a family turns back as its own image, a period doubling or pitchfork of others; else None."""
     motion = curve.motion(x)
     if 2 * len(motion.primitive().word) == len(motion.word):
         return Event.PERIOD_DOUBLING

@@ -5,7 +5,7 @@ are the velocities and times of the N impacts and the coordinate of the sweep, s
 2N + 1 dimensions. The formulae serve every kind of number, see `vireport.physics.numbers`.
 
 `residuals` has the conditions, `linearised` them with their Jacobian matrix, `trace` the trace of the return map. How
-the groups depend on what varies is a `Grouped`: `Model` for a sweep; other rooms have lines and planes of inputs.
+the groups depend on what varies is a `Grouped`: `Model` for a sweep; other packages have lines and planes of inputs.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 BEYOND = 100.0
-"""Length of a sweep, over that of the range with motions on both membranes, from which it is scaled by this range."""
+"""Range of a sweep over the range with motions on both membranes, from which the latter scales the coordinate."""
 
 
 class Grouped(Protocol):
@@ -66,7 +66,7 @@ class Model(Struct, frozen=True):
     ----------
     level : Level
     r : array_like or Restitutions
-        Of the device.
+        Restitution of the device.
     harmonics : tuple of Harmonic
         Of the force.
     """
@@ -98,7 +98,7 @@ class Model(Struct, frozen=True):
         Parameters
         ----------
         walls : sequence of int
-            Membranes of its impacts.
+            Membranes of the impacts, 1 bottom, -1 top.
         coordinate : array_like
         """
         r = self.level.restitution(self.r, coordinate)
@@ -124,10 +124,10 @@ class Model(Struct, frozen=True):
 
         Notes
         -----
-        Between impacts the speed changes by at most (1 + gbar) t, and one impact in 2 k leaves at most r of it: it is
-        below 2 k (1 + gbar)/(1 - r), and so d below 2 k times that. Where the force varies, gbar at the farthest
-        motions is taken from that of one impact in a period, gbar < (1 + r)/[pi k (1 - r)]. Only a sweep that
-        goes `BEYOND` is measured by less than itself.
+        In a time t between impacts the speed changes by at most (1 + gbar) t, and in each period, 2 k, an impact leaves
+        at most r of it: the speed is below 2 k (1 + gbar)/(1 - r), and so d below 2 k times that. Where the force
+        varies, gbar is bounded as for one impact in a period, gbar < (1 + r)/[pi k (1 - r)]. Only a sweep that goes
+        `BEYOND` is measured by less than itself.
         """
         if self.level.held in (Held.D, Held.BOTH):
             return inf
@@ -164,7 +164,7 @@ def model_of(sweep: Sweep, ops: ExactFunctions) -> Model:
 
 
 class Leg(NamedTuple):
-    """A flight of a motion: numbers of the impacts at its ends, flight time [t_c], and the force at both."""
+    """A flight of a motion: numbers of the impacts at its ends, flight time [t_c], and the force at both impacts."""
 
     start: int
     end: int
@@ -191,9 +191,9 @@ def residuals(word: Word, x: Sequence[Any], model: Grouped, ops: Functions = FLO
     ----------
     word : Word
     x : sequence
-        The N velocities [y_c], the N times [t_c] and what varies.
+        The N velocities [y_c], the N times [t_c] and the numbers that vary.
     model : Grouped
-        In the kind of number of `ops`.
+        The groups, in the kind of number of `ops`.
 
     Returns
     -------
@@ -276,7 +276,7 @@ def _by_harmonic(order: int, start: float, end: float, t: float) -> tuple[tuple[
     ----------
     order : int
     start, end : float
-        Times of the impacts at its ends [t_c].
+        Times of the impacts at the ends of the flight [t_c].
     t : float
         Flight time [t_c].
     """

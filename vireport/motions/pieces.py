@@ -40,19 +40,18 @@ CROSSED = 1e-11
 """Depth beyond which the trace crosses a border rather than touches it; rounding leaves some 1e-14."""
 
 TIED = 1e-12
-"""Difference of conditions of validity up to which both fail, as where both impacts lose their velocity at once: the
-end is then that of the one which fails more beyond."""
+"""Difference of two conditions of validity up to which both fail, as where both impacts lose their velocity at once:
+the end then has the condition that fails more beyond it."""
 
 LARGEST_STEP = 1e6
 """Sum of two values of the trace, at the ends of a step, beyond which it changes sign through infinity."""
 
 AT_SYMMETRY = 1e-6
-"""|u| of an asymmetric motion of a horizontal capsule below which rounding decides the sign of tr - 1 - r^4: this goes
-with u^2 there, and comes with an error of some 1e-14. Without this, folds were reported at u = 1e-9 that were
-rounding."""
+"""|u| of an asymmetric motion of a horizontal capsule below which rounding decides the sign of tr - 1 - r^4, which goes
+with u^2 there and has an error of some 1e-14. Without this limit, rounding was reported as folds at u = 1e-9."""
 
 FROM_SYMMETRY = 1e-3
-"""Share of a step from the symmetric motion at which that sign is taken in its place."""
+"""Share of a step from the symmetric motion at which the sign of tr - 1 - r^4 is taken instead."""
 
 
 class Piece(Struct, frozen=True, eq=False):
@@ -194,9 +193,9 @@ def _located_ends(curve: LevelCurve, runs: list[Run]) -> list[tuple[RunEnd, RunE
 
 
 def _off_rest(curve: LevelCurve, strand: int, w: Floats, end: RunEnd) -> Floats:
-    """Samples in order from an end of a run, the first one left out if only rounding puts it beyond a membrane.
+    """Samples in order from an end of a run, without the first one if rounding alone puts it beyond a membrane.
 
-    That may be next to a motion at which both impacts lose their velocity, where all turning points are touches.
+    This happens next to a motion at which both impacts lose their velocity, where all turning points are touches.
     """
     at_rest = COLUMNS[end.column].event is Event.ZERO_VELOCITY
     if at_rest and len(w) > 1 and abs(w[0] - end.w) < INSET * abs(w[1] - w[0]):
@@ -328,8 +327,8 @@ def _with_inner_events(curve: LevelCurve, pieces: list[Piece]) -> list[Piece]:
 def _off_symmetry(curve: LevelCurve, samples: PieceSamples, u: Floats, values: Floats) -> Floats:
     """Replace, in place, values of tr - 1 - r^4 that only rounding decides next to the symmetric motion.
 
-    An asymmetric branch touches tr = 1 + r^4 on the symmetric motion without crossing it. Its value there becomes that
-    of a motion a little farther on the branch; NaN if that is still too near.
+    An asymmetric branch touches tr = 1 + r^4 on the symmetric motion without crossing it. The value there is taken from
+    a motion a little farther on the branch; NaN if that motion is still too near.
 
     Returns
     -------

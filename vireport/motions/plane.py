@@ -34,10 +34,10 @@ Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 PER_WAVE, SHARED = 8, 2
-"""First cells in the shortest wavelength of either direction, and halvings of them that design points share."""
+"""First cells in the shortest wavelength, in u and in phase, and halvings of the cells that design points share."""
 
 DEEPEST = 18
-"""Halvings after which what is left is a double zero, on a fold or a pitchfork but for rounding."""
+"""Number of halvings after which a cell that is left has a double zero, on a fold or a pitchfork but for rounding."""
 
 TOGETHER, PAIRS = 128, 200_000
 """Design points that share cells, and pairs of a design point and a cell that are tested at once."""
@@ -46,7 +46,7 @@ NODES = 0.0, 0.5
 """Restitutions at which the functions are evaluated; being linear in either, two values give them all."""
 
 ALLOWANCE = 1.25
-"""Room for the second derivatives between the places at which they are taken."""
+"""Factor on bounds of the second derivatives, for their change between the places at which they are evaluated."""
 
 OVERLAP = 1e-6
 """Share of a cell by which a zero may be outside it: on the border of two cells rounding must not lose a zero."""
@@ -55,8 +55,8 @@ CHANGE = 0.5
 """Relative change of the Jacobian within a cell up to which there is one zero at most (Newton's map contracts)."""
 
 STEPS, LAST_STEP, SETTLED = 30, 1e-8, 0.1
-"""Newton steps, of which five are usual; the step, as a share of the cell, that ends them, as the next one would be of
-the size of its square; and that below which they have come to a zero."""
+"""Newton steps, of which five are usual; the step, as a share of the cell, that ends them, as the next one would be
+about its square; and the last step below which they have come to a zero."""
 
 NEAR_FOLD = 4.0
 """Distance, in cells, up to which a double zero counts as one, and two of them as the same."""
@@ -168,11 +168,11 @@ class Divided(NamedTuple):
     Attributes
     ----------
     single : Places
-        Middles of those with at most one zero.
+        Middles of the cells with at most one zero.
     points : ndarray of int
-        Design points of those that may have more.
+        Design points of the cells that may have more.
     cells : PhaseCells
-        These themselves, one for each of `points`.
+        The cells that may have more, one for each of `points`.
     """
 
     single: Places
@@ -181,7 +181,7 @@ class Divided(NamedTuple):
 
 
 class Tested(NamedTuple):
-    """Masks of cells: there may be a zero inside; there is at most one."""
+    """Masks of cells: `may`, a zero may be inside, and `single`, at most one is."""
 
     may: Mask
     single: Mask
@@ -195,7 +195,7 @@ def motions_in_plane(groups: Groups[Any], r: Restitution, n: int) -> tuple[Ints,
     groups : Groups
         Arrays of shape (points,), with harmonics that are the same for all.
     r : ndarray or Restitutions
-        Of each design point.
+        Restitution of each design point.
     n : int
         Forcing periods per motion.
 
@@ -495,9 +495,9 @@ def _tested(values: Floats, half: tuple[float, float], rest: Floats) -> Tested:
 
     Notes
     -----
-    At a zero F + J x + R = 0, x in cells of half an extent and |R| at most `rest`; times the adjugate of J this bounds
-    the two parts of x. The derivatives change by twice `rest` at most, so that J^-1 times that being a share of 1 says
-    that Newton's map contracts.
+    At a zero F + J x + R = 0, with x in units of `half` and |R| at most `rest`; times the adjugate of J this bounds
+    both components of x. The derivatives change by twice `rest` at most: where J^-1 times that is at most `CHANGE`,
+    Newton's map contracts.
     """
     (f, g), (f_u, g_u), (f_phi, g_phi) = values[0], values[1] * half[0], values[2] * half[1]
     rest_f, rest_g, wide = rest[0], rest[1], 1 + OVERLAP

@@ -42,7 +42,7 @@ from vireport.text.formatting import rounded_text
 Floats = NDArray[np.float64]
 
 BRACKET = 1e-6
-"""Distance to either side of an event at which it is evaluated to bound it where the polish does not settle."""
+"""Distance in w to either side of an event at which motions bound it where Newton's method in decimals fails."""
 
 BRACKETED = "u", "phi", "d", "gbar", "velocity_bottom", "velocity_top"
 """Numbers of an event that was only bracketed, by the names of `Orbits`."""
@@ -54,8 +54,8 @@ TURN_STEP = 1e-4
 """Step of w over which a turn of the sweep's coordinate is distinguished from its going on."""
 
 AT_ONCE = 1e-9
-"""Time since the impact, below which a touch is as good as the moment in which the membrane begins to hold the ball:
-the expansion is off by a share of the time, so what it says of the acceleration by the square of that."""
+"""Time since an impact [t_c] below which a touch counts as the moment in which the membrane begins to hold the ball:
+the relative error of the expansion goes with the time, and the error of the acceleration with its square."""
 
 DETAILS = {
     (Event.PERIOD_DOUBLING, None): "lambda = -1",
@@ -82,7 +82,7 @@ class OneToOne(Struct, frozen=True):
     velocity_bottom, velocity_top : float
         Relative velocity just before the impacts [y_c].
     bounds : dict
-        Error bounds of these and of d and gbar, by their names.
+        Error bounds of these numbers and of d and gbar, by their names.
     """
 
     u: float
@@ -171,7 +171,7 @@ class SolvedPiece(Struct, frozen=True, eq=False):
     ----------
     piece : Piece
     orbit : Orbits
-        All its motions in doubles, those where an impact has no velocity as they are just before.
+        All motions of the piece in doubles; where an impact has no velocity, the motion just before.
     ends : dict
         The motions at the very ends of the sweep, where these cut the piece, by the rows 0 and -1.
     points : dict
@@ -198,7 +198,7 @@ def solved_on(curve: LevelCurve, piece: Piece) -> SolvedPiece:
 
 
 def _before_rest(curve: LevelCurve, piece: Piece, orbit: Orbits) -> Orbits:
-    """The motions of a piece, with those just before an impact loses its velocity in place of those where it has."""
+    """The motions of a piece, those with an impact of velocity zero replaced by the motions just before."""
     # At an impact of velocity zero the trace is infinite and the ball rests at a membrane: the row has the trace just
     # before, and the exact numbers of its point.
     at_rest = [row for row, at in piece.conditions.items() if at.event is Event.ZERO_VELOCITY]
@@ -349,7 +349,7 @@ def solve_one_to_one(
     -------
     Solved
     tuple of int
-        Those of its impacts that are touches.
+        Numbers of its impacts that are touches.
 
     Raises
     ------
@@ -401,9 +401,9 @@ def point_of(
     value : Decimal
         The swept parameter.
     rests : sequence of int
-        Impacts that have no velocity by the condition: in decimals a rounding is left of it.
+        Impacts whose velocity is zero by the condition: in decimals a rounding is left of it.
     touches : sequence of int
-        Those of them that stand for touches of a 1:1 motion.
+        Impacts among `rests` that stand for touches of a 1:1 motion.
     """
     word, count = solved.word, len(solved.word)
     velocity = np.array([float(number) for number in solved.x[:count]])
@@ -475,7 +475,7 @@ def motion_of(orbit: Orbits, n: int, coordinate: float) -> Motion:
     n : int
         Forcing periods per motion.
     coordinate : float
-        Of the sweep.
+        Coordinate of the sweep.
     """
     start, up = (float(np.ravel(column)[0]) for column in (orbit.phi, orbit.time_up))
     velocity = np.ravel([orbit.velocity_bottom, orbit.velocity_top])

@@ -39,7 +39,7 @@ Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 SAMPLES = 96
-"""Regular samples of G for each forcing period of the motion; its shortest wavelength has half of them."""
+"""Number of regular samples of G for each forcing period of the motion; half of them are in its shortest wavelength."""
 
 PER_DECADE = 8
 """Samples of each decade of |u| next to the symmetric motion: G varies there with the logarithm of u."""
@@ -52,11 +52,11 @@ HORIZONTAL = len(SCALES)
 """Number of the grid for design points without gravity along the capsule, for odd n and membranes that are alike."""
 
 BLOCK_POINTS, BLOCK_VALUES = 4096, 30_000
-"""Design points whose zeros are refined at once, and samples of G in memory at once: they stay in the processor's
-cache, and what is freed of them in the memory of the process, to be used again."""
+"""Design points whose zeros are refined at once, and samples of G in memory at once: few enough for the processor's
+cache, and for freed memory to stay with the process."""
 
 FEWEST_SHARING = 64
-"""Design points with one restitution, on average, from which it pays to tabulate what they share."""
+"""Average number of design points with one restitution from which it pays to tabulate what they share."""
 
 DOUBTFUL = 1e-2
 """Value of an extremum between two samples, over the larger value at these, below which it may hide a pair of zeros.
@@ -111,9 +111,9 @@ class PointwiseMotions(Struct, frozen=True, eq=False):
         Parameters
         ----------
         r : array_like or Restitutions
-            Of the design points.
+            Restitution of the design points.
         slack : float
-            By how much the trace and the gap may miss their limits.
+            Amount by which the trace [-] and the gap [x_c] may miss their limits.
         """
         of_cell = map_restitution(r, lambda x: x.real[self.cell])
         decay = lap_decay(of_cell) if isinstance(of_cell, Restitutions) else of_cell**2
@@ -337,7 +337,7 @@ def forms(u: Arithmetic, r: Any, n: int, divided: bool = False) -> Forms:
     -----
     With p = (1+r) u - (1-r)/2 and m = Tu Td/(2T), subtracting multiples of the rows leaves
     Delta = 2 (1+r) [m sin(a)/pi - u (cos(a) - 1)/pi^2]. Everything that vanishes with u does so without cancellation.
-    Of membranes that are not alike r is that of the bottom, and 2 (1+r) u has the company of (r_b - r_t)/(1 + r_t).
+    For membranes that are not alike r is r_b, and (r_b - r_t)/(1 + r_t) is added to 2 (1+r) u.
     """
     pi, period = np.pi, 2 * n
     r, r_top = by_wall(r)
@@ -380,8 +380,8 @@ def _grid(r: Any, n: int, scale: int) -> Floats:
     """Ascending samples of u on which no zero of G is missed, for one range of gbar and restitutions up to `r`.
 
     Next to u = 0 and for odd n, a gbar + b d = Delta is a balance of gbar a(0) with terms that grow as u: no zero is
-    nearer to u = 0 than where the largest of these would do. Where the symmetric family is divided out, nothing
-    happens there.
+    nearer to u = 0 than where the largest of these terms balances it. Where the symmetric family is divided out, G does
+    not vary there.
     """
     even = np.linspace(-0.5, 0.5, 2 * (SAMPLES * n // 2) + 1)
     spacing = float(even[1] - even[0])

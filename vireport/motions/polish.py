@@ -37,14 +37,14 @@ FARTHEST = 1e-3
 """Distance from the guess beyond which a solution is another motion, or none."""
 
 SLOW = 0.05
-"""Share of the last correction beyond which the Jacobian is taken anew."""
+"""Share of the last correction beyond which the Jacobian is evaluated anew."""
 
 DOUBLE_JACOBIANS, MOST_JACOBIANS = 4, 8
-"""Jacobians in doubles, of which one is usual, before they are taken in decimals; and Jacobians in all. Next to a
-degenerate point the derivatives in doubles have no digits left."""
+"""Number of Jacobians in doubles, of which one is usual, before they are evaluated in decimals; and number of both.
+Next to a degenerate point the derivatives in doubles have no digits left."""
 
 MOST_STEPS = 12
-"""Corrections with one Jacobian, of which three are usual."""
+"""Largest number of corrections with one Jacobian, of which three are usual."""
 
 FINE_STEP = Decimal("1e-18")
 """Step of differences in decimals: far below any scale of a motion, far above their rounding."""
@@ -54,7 +54,7 @@ Function = Callable[[list[Any]], list[Any]]
 
 
 def in_decimals() -> AbstractContextManager[Context]:
-    """Context in which decimals have `DIGITS` digits: all functions that say so must be called in it."""
+    """Context in which decimals have `DIGITS` digits."""
     return localcontext(prec=DIGITS)
 
 
@@ -145,9 +145,9 @@ class Solved(Struct, frozen=True, eq=False):
     ----------
     word : Word
     x : list of Decimal
-        Velocities and times of its impacts [y_c, t_c], and what varies.
+        Velocities and times of the impacts [y_c, t_c], and the numbers that vary.
     groups : Groups of Decimal
-        Of the device that has it.
+        Of the device that has the motion.
     symmetric : bool
         Whether it was solved for as a motion that is its own mirror image: it then is one exactly.
     """

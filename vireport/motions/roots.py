@@ -22,31 +22,31 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 ADJACENT = 4e-16
-"""Width of a bracket, relative to its lower end, at which no double but one or two is left in it."""
+"""Width of a bracket, relative to its newest end, at which only one or two doubles are left in it."""
 
 MOST_HALVINGS = 200
-"""More than any search takes that bisects where its quadratics do not."""
+"""Steps of `bracketed_root`, more than any search takes."""
 
 TINY = np.finfo(float).tiny
 """Divisor in the place of zero."""
 
 MOST_NEWTON_STEPS = 60
-"""More than bisection needs to exhaust a double; Newton's steps end the search after four to seven."""
+"""Steps of `newton_root`, more than bisection needs to exhaust a double; Newton's steps end it after four to seven."""
 
 MANY = 1000
-"""Brackets from which it pays to leave out those that are settled."""
+"""Number of brackets from which it pays to leave out those that are settled."""
 
 MOST_SECANT_STEPS = 80
-"""More than bisections alone need in one step of four to exhaust the digits that are left to a start."""
+"""Steps of `secant_root`: a bisection in every fourth step exhausts the digits that a start leaves."""
 
 FREE_STEPS = 8
 """Secant steps, of which four are usual, before every fourth step is a bisection."""
 
 MOST_PATH_SECANTS, FREE_PATH_SECANTS = 60, 7
-"""The same two numbers for `path_root`."""
+"""Secant steps of `path_root`, and those before every fourth step is a bisection."""
 
 CUBIC_STEPS = 7
-"""Newton steps on a cubic, whose zero only has to be a good start."""
+"""Newton steps of `cubic_root`, whose zero only has to be a good start."""
 
 GOLDEN = (5**0.5 - 1) / 2
 """Share by which a golden section narrows a bracket."""
@@ -234,7 +234,7 @@ def path_root(
     ----------
     function : callable
     end : float
-        Of either sign.
+        The other end of the bracket, of either sign.
     rises : bool
         Whether the function is positive at the end, and not positive at 0.
     guess : Crossing
@@ -294,7 +294,7 @@ def cubic_root(value: Floats, rise: Floats, cubic: tuple[Floats, Floats, Floats]
 
 
 def golden_minimum(function: Callable[[Floats], Floats], low: Floats, high: Floats, steps: int) -> Floats:
-    """Arguments between `low` and `high` at which a function has its minima, by golden sections; many at once."""
+    """Arguments between `low` and `high` at which a function has minima, by golden sections; many brackets at once."""
     for _ in range(steps):
         # Both values anew in each step, where one could be kept: which one differs from bracket to bracket.
         x1, x2 = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
@@ -323,8 +323,8 @@ def golden_section(function: Callable[[float], float], low: float, high: float, 
 def may_hide_zeros(values: Floats) -> NDArray[np.bool_]:
     """Whether a smooth function may reach zero and come back between samples, next to each of `values[1:-1]`.
 
-    It may where a sample is the nearest to zero of three of one sign, and its value is below the larger of the two
-    steps to its neighbours: a smooth function moves less beyond an extremum of its samples than between them.
+    It may where of three samples of one sign the middle one is nearest to zero, and its size is below the larger of the
+    two steps to its neighbours: a smooth function moves less beyond an extremum of its samples than between them.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class Stability(StrEnum):
 
     @property
     def attracts(self) -> bool:
-        """Whether motions nearby approach it."""
+        """Whether motions nearby approach a motion of this type."""
         return self is not Stability.UNSTABLE_NODE
 
     @property
@@ -146,7 +146,7 @@ def lap_jacobian(flights: Sequence[Jacobian]) -> Jacobian:
 
 
 def product_trace(flights: Sequence[Jacobian]) -> Any:
-    """Trace of the product of the Jacobians of flights, of the last factor of which the diagonal is enough."""
+    """Trace of the product of the Jacobians of flights, the first flight on the right."""
     if len(flights) == 1:
         return flights[0][0] + flights[0][3]
     (e, f, g, h), (a, b, c, d) = lap_jacobian(flights[:-1]), flights[-1]
@@ -165,7 +165,7 @@ def discriminant(trace: Arithmetic, decay: Arithmetic) -> Any:
 def eigenvalues(trace: Arithmetic, decay: float) -> tuple[Any, Any]:
     """Real eigenvalues, or their real part where Delta < 0, Eq. (4.3); larger first.
 
-    The one that would cancel is taken from the product lambda_1 lambda_2 = decay^2.
+    The eigenvalue whose formula would cancel is taken from the product lambda_1 lambda_2 = decay^2.
 
     Notes
     -----

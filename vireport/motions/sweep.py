@@ -26,10 +26,10 @@ from vireport.physics.numbers import ARRAYS, Arithmetic, ExactFunctions
 from vireport.scenario.parameters import Parameter
 
 NO_TOLERANCE = 0.0, 0.0
-"""The tolerance of an input for which the scenario states none."""
+"""The tolerance [unit of the input, %] of an input for which the scenario states none."""
 
 FINEST_SETTING = 1e-6
-"""Width of a range, over its value, below which no device can be set to be in it, where no tolerance is stated."""
+"""Width of a range, over its value, below which no device can be set into it, where no tolerance is stated."""
 
 FINEST_SHARE = 0.1
 """Least width of a range over the tolerance, where one is stated: of devices that lie anywhere within it, one in 20 is
@@ -42,7 +42,7 @@ def settable(start: float, end: float, off: tuple[float, float] = NO_TOLERANCE) 
     Parameters
     ----------
     start, end : float
-        Of the range, in the unit of the input, in either order.
+        Ends of the range, in the unit of the input, in either order.
     off : tuple of float
         The tolerance of the input, in its unit and in per cent of its value, of which the larger holds; zeros where
         none is stated.
@@ -104,7 +104,7 @@ class Level(Struct, frozen=True, eq=False):
         Parameters
         ----------
         r : array_like or Restitutions
-            Of the device; one of it may vary.
+            Restitution of the device; it may be the one that varies.
         harmonics : sequence of Harmonic
             Of the force.
         """
@@ -116,7 +116,7 @@ class Level(Struct, frozen=True, eq=False):
         return r if self.varied is None else moved(r, self.varied, coordinate)
 
     def groups(self, orbit: Any) -> tuple[Any, Any]:
-        """D and gbar of motions on the level, as arrays; a group that the sweep holds has its exact value."""
+        """Return d and gbar of motions on the level, as arrays; a group that the sweep holds has its exact value."""
         # The closed form rounds the group that the sweep holds. Its value is known exactly, and what is derived from it
         # (the unit of velocity, the sweep's value) should not differ from motion to motion.
         d, gbar = np.array(orbit.d, dtype=float), np.array(orbit.gbar, dtype=float)
@@ -146,7 +146,7 @@ class Sweep(Struct, frozen=True):
     device : Device
         Its value of the parameter is not used.
     parameter : Parameter
-        The one that varies.
+        The parameter that varies.
     start, end : float
         Range that is swept, in the parameter's unit, in either order.
     off : tuple of float
@@ -187,8 +187,8 @@ class Sweep(Struct, frozen=True):
             if rubbed is not None:
                 raise UsageError("of a ball with friction motions along a sweep of the inclination are not known")
             return Level(Held.D, d)
-        # Both groups go with 1/F, so that the force leaves their ratio; in a horizontal capsule gbar = 0, and that is
-        # what it leaves.
+        # Both groups go with 1/F, so that a sweep over the force holds their ratio; in a horizontal capsule it holds
+        # gbar = 0.
         if self.parameter is Parameter.AMPLITUDE and gbar != 0:
             return Level(Held.RATIO, d / gbar, None if rubbed is None else Friction(0, rubbed / gbar))
         friction = None
@@ -202,7 +202,7 @@ class Sweep(Struct, frozen=True):
         Parameters
         ----------
         what : str
-            What requires that, for the message.
+            What requires a constant restitution, for the message.
 
         Raises
         ------

@@ -31,7 +31,8 @@ families to differ, and near enough for no event before it."""
 
 
 MOST = 16
-"""Impacts and periods of a motion: there are 4116 words of sixteen impacts, and about twice as many of one more."""
+"""Largest number of impacts and of periods of a motion: of sixteen impacts there are 4116 words, of one more about
+twice as many."""
 
 
 class Limits(ResultsBlock, frozen=True, eq=True):
@@ -84,9 +85,9 @@ class Beginning(NamedTuple):
     Attributes
     ----------
     event : Event or None
-        With which it begins; None where it passes through the vertex.
+        Event with which the family begins; None where it passes through the vertex.
     curve : Curve
-        Of its motions.
+        Curve of its motions.
     vertex, first : PathPoint
         The vertex as a point of that curve, and the first motion next to it.
     """
@@ -115,9 +116,9 @@ def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iter
     Parameters
     ----------
     curve : Curve
-        Of the family that the vertex lies on.
+        Curve of the family that the vertex lies on.
     motion : Motion
-        At the vertex; at a grazing point with its touches as impacts, see `touching`.
+        Motion at the vertex; at a grazing point with its touches as impacts, see `touching`.
     event : Event
         Of the vertex.
     limits : Limits
@@ -138,7 +139,7 @@ def openings(curve: Curve, motion: Motion, event: Event, limits: Limits) -> Iter
 
 
 def _doubled(curve: Curve, motion: Motion) -> Iterator[Beginning]:
-    """The families at a period doubling: of the doubled word, and the one that doubles."""
+    """The families at a period doubling: of the doubled word, and the one whose period doubles."""
     # lambda = -1 of one period is lambda = 1 of two: as a motion of the doubled word it is a crossing of families, of
     # which one repeats itself after half the impacts.
     twice = motion.times(2)
@@ -247,7 +248,7 @@ def _across(curve: Curve, x: Floats, mirror: bool, kept: bool = False) -> Floats
     x : ndarray
         Unknowns of the motion at which the families cross.
     mirror : bool
-        Whether the symmetry is that of the mirror image, else that of two equal halves.
+        Whether the symmetry is that of the mirror image; else that of two equal halves.
     kept : bool
     """
     # Where two families cross the derivatives have a kernel of two dimensions, which the symmetry maps onto itself. The

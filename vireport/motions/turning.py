@@ -32,11 +32,11 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 SMALLEST_STEP = 1e-6
-"""Newton step [t_c] that ends the search for a turning point: the time that is left goes with its square, and, with Z'
-zero there, the position with the square of that."""
+"""Newton step [t_c] that ends the search for a turning point: the error of the time goes with its square and, as Z' is
+zero there, the error of the position with its fourth power."""
 
 BISECTIONS = 60
-"""Steps of a bracketed Newton iteration; it settles within ten, and bisection alone in sixty."""
+"""Largest number of bracketed Newton steps; they settle within ten, and bisection alone in sixty."""
 
 SHORT = 1e-3
 """Time since the impact [t_c] below which a touch of the membrane left is taken from the expansion of the flight in
@@ -56,7 +56,7 @@ class Turns(Struct, frozen=True, eq=False):
     time : ndarray
         Since the flight began [t_c].
     covered, room : ndarray
-        Distance from the membrane left, and to the other one; negative beyond it.
+        Distance from the membrane left, and to the other one [x_c]; negative beyond it.
     back : ndarray of bool
         Whether the ball turns back towards the membrane left, rather than away from it again.
     """
@@ -69,7 +69,7 @@ class Turns(Struct, frozen=True, eq=False):
 
     @property
     def gap(self) -> Floats:
-        """Distance to the membrane that the ball turns back from."""
+        """Distance to the membrane that the ball turns back from [x_c]; negative beyond it."""
         return np.where(self.back, self.room, self.covered)
 
 
@@ -148,9 +148,9 @@ class TurnBrackets(NamedTuple):
     which : ndarray of int
         Numbers of the flights.
     low, high : ndarray
-        Since the beginning of each [t_c].
+        Since the beginning of each flight [t_c].
     guess : ndarray
-        At the time when they turn [t_c]; it may be outside.
+        Guess at the time when the flight turns [t_c]; it may be outside.
     back : ndarray of bool
         Whether the ball turns back towards the membrane left.
     """
@@ -290,8 +290,8 @@ def flight_turns(orbit: Orbits, flights: tuple[Flight, Flight], nearest: bool = 
 def slowest(orbit: Orbits, r: Restitution) -> tuple[Floats, Ints]:
     """Least speed onward in the flights of 1:1 motions, and the impact (0 or 1) that begins that flight.
 
-    Negative where the ball would move back in a flight. Friction would then change its sign, so that this is not the
-    motion that was solved for. Parameters are those of `wall_gap`.
+    The speed [y_c] is negative where the ball would move back in a flight: friction would then change its sign, so that
+    this is not the motion that was solved for. Parameters are those of `wall_gap`.
     """
     top = np.arctan2(orbit.sin_top, orbit.cos_top)
     ends = np.abs(np.stack([orbit.velocity_bottom, orbit.velocity_top]))
@@ -326,7 +326,7 @@ def wall_gap(orbit: Orbits, r: Restitution) -> Floats:
     -------
     ndarray
         Negative where the ball would have to pass through a membrane, zero at grazing, and d where it never turns back.
-        With friction d as well, or where the ball would turn back its velocity then, negative: no motion.
+        With friction it is d too, or, where the ball would turn back, which is no motion, its least speed onward, <= 0.
     """
     if orbit.friction is not None:
         speed, _ = slowest(orbit, r)
@@ -339,7 +339,7 @@ def wall_gap(orbit: Orbits, r: Restitution) -> Floats:
 
 
 class Touch(NamedTuple):
-    """A turning point near a wall: distance [x_c], time in its flight [t_c], flight upward?, near the wall left?."""
+    """A turning point near a wall: distance [x_c], flight time until then [t_c], upward?, near the wall left?"""
 
     distance: float
     time: float
@@ -407,14 +407,14 @@ class Turn(NamedTuple):
     after : int
         The impact that begins its flight.
     time : float
-        [t_c], by the clock of the motion.
+        Time on the clock of the motion [t_c].
     wall : int
         The membrane that the ball turns back from: 1 bottom, -1 top.
     gap : float
-        Distance from it [x_c]; negative beyond it.
+        Distance from that membrane [x_c]; negative beyond it.
     held : bool
-        Whether the ball has not left the membrane yet, which is no touch: without restitution it starts at rest, and
-        turns next to the membrane at once if that still presses it.
+        Whether the ball has not left the membrane yet, which is no touch: with restitution zero it starts at rest, and
+        turns at once if the membrane still presses it.
     """
 
     after: int
@@ -461,7 +461,7 @@ def turns(motion: Motion, groups: Groups[float]) -> Iterator[Turn]:
 def _turning_time(
     low: tuple[float, float], high: tuple[float, float], begun: tuple[float, float, float], groups: Groups[float]
 ) -> float:
-    """Time at which Z' is zero in a part of a flight in which it is monotone, without the digits that polish adds.
+    """Time at which Z' is zero in a part of a flight in which it is monotone, to about `SETTLED` squared [t_c].
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Affine arithmetic on arrays: numbers that stay within proven bounds and remember what they depend on.
 
 A number is c + sum_i l_i s_i + e with symbols s_i between -1 and 1, which all numbers share, and |e| <= radius. Where
-quantities depend on the same inputs, the linear parts cancel as they should: an enclosure is wider than the range by
-the square of the box only, where that of interval arithmetic is wider by the box (de Figueiredo and Stolfi, Numerical
-Algorithms 37, 2004). Every operation works on thousands of boxes at once.
+quantities depend on the same inputs, the linear parts cancel as they should: an enclosure exceeds the range by terms of
+second order in the width of the box, and an enclosure by interval arithmetic by terms of first order (de Figueiredo and
+Stolfi, Numerical Algorithms 37, 2004). Every operation works on thousands of boxes at once.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ AFFINE_ROUNDING = 2.0**-48
 has more than twenty roundings in a row, and NumPy's sines and cosines are good to four units in the last place."""
 
 NEAR_ZERO = 0.01
-"""Argument up to which the derivative of sinc is a series: beyond, its rounding is below a hundred units."""
+"""Argument up to which the derivative of sinc is summed as a series: beyond, its error is below 100 unit roundoffs."""
 
 UNDERFLOW = 1e-290
 """Added to every radius, for products that underflow."""
@@ -171,13 +171,13 @@ def _exact(value: float | Floats) -> Affine:
 
 
 def between(low: Floats, high: Floats, symbol: int, symbols: int) -> Affine:
-    """Any number between two, which depends on one symbol.
+    """Affine numbers that enclose the intervals from `low` to `high`, each by the same one symbol.
 
     Parameters
     ----------
     low, high : ndarray (k,)
     symbol, symbols : int
-        Number of the symbol, and how many symbols there are.
+        Index of the symbol, and how many symbols there are.
     """
     linear = np.zeros((symbols, len(low)))
     linear[symbol] = (high - low) / 2

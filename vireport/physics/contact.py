@@ -29,8 +29,8 @@ from vireport.physics.energy import Membrane
 Floats = NDArray[np.float64]
 
 SMALLEST_RESTITUTION = 1e-3
-"""Least r that is taken: D = 1/r, and the ball leaves ever more slowly. With r = 0 it never leaves: no finite damping
-of this kind stops it for good."""
+"""Least restitution coefficient r allowed: as r falls D grows as 1/r, and the ball leaves ever more slowly. No finite
+damping of this kind gives r = 0."""
 
 SLOWEST = 1e-200
 """Least impact velocity: a contact becomes endless as it vanishes, and damping infinite."""
@@ -39,7 +39,7 @@ SERIES = 0.25
 """Argument below which differences of nearly equal terms are summed as series."""
 
 TERMS = 24
-"""Terms of these series: 0.25^24 is far below the rounding of a double."""
+"""Number of terms of the series for arguments below `SERIES`: 0.25^24 is far below the rounding of a double."""
 
 STEP = 0.04
 """Step of the double-exponential quadrature, at which it has converged to rounding for all h and r allowed."""
@@ -155,7 +155,7 @@ def damping_number(restitution: float) -> float:
 
 
 def _damping(r: float) -> tuple[float, float]:
-    """Solve for D = lambda v; returned with w = -ln(1 - r D), which keeps the digits of the small 1 - r D.
+    """Solve for D = lambda v; return D and w = -ln(1 - r D), which keeps the digits of a small 1 - r D.
 
     With L(x) = [x - ln(1+x)]/x^2 the condition reads L(D) = r^2 L(-r D), whose difference rises with D from
     -(1-r^2)/2 to infinity at D = 1/r: one root, in 0 < w < (1+r)/r.

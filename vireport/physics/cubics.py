@@ -49,7 +49,7 @@ class Cubics(Struct, frozen=True, eq=False):
         Parameters
         ----------
         samples : ndarray, shape (n,)
-            Acceleration of the capsule.
+            Acceleration of the capsule (dimensionless, as all arguments are).
         step : float
             Time from a sample to the next.
         gbar : float
@@ -111,7 +111,7 @@ def _of_one_sign(plain: Floats) -> Floats:
 
 
 def _cut(row: Floats) -> Floats:
-    """The parts of a piece between the zeros of its cubic, rows as the piece itself."""
+    """The parts of a piece between the zeros of its cubic, as rows of the same five numbers."""
     step, (value, rate, bend, jerk) = row[0], row[1:]
     roots = np.roots([jerk * step**3 / 6, bend * step**2 / 2, rate * step, value])
     times = np.sort(roots.real[np.abs(roots.imag) < REAL]) * step

@@ -29,8 +29,8 @@ NO_GRAVITY = 1e-15
 counts as zero; a scenario that holds such a gbar is refused (`Device.too_light`), as its folds would be elsewhere."""
 
 FINEST_D, FINEST_GBAR = 1e-10, 1e-12
-"""Length of a capsule and range of d, and range of gbar, times (1-r)/n, below which motions are not resolved: positions
-are sums of terms of size n/(1-r) in the length unit, and gbar keeps its digits next to zero."""
+"""Least d or range of d, and least range of gbar, that are resolved, times (1-r)/n: positions are sums of terms of size
+n/(1-r) in the length unit, and gbar keeps its digits next to zero."""
 
 GROUP_ERROR = 12 * UNIT
 """Relative error of d or gbar as computed in doubles: the rounding of at most six products and of a sine."""
@@ -40,13 +40,13 @@ RESTITUTIONS = DesignInput.RESTITUTION, DesignInput.RESTITUTION_BOTTOM, DesignIn
 """Inputs that are restitutions: of both membranes together, and of each alone."""
 
 MOVES: dict[str, tuple[float, float]] = dict(zip(RESTITUTIONS, ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0)), strict=True))
-"""Derivatives of the restitution at the bottom and at the top by each of them."""
+"""Derivatives of the restitutions at the bottom and at the top by each of `RESTITUTIONS`."""
 
 Quantity = TypeVar("Quantity", float, NDArray[np.float64], default=float)
 """A number of one device, or an array with a number for each of many."""
 
 STANDARD_GRAVITY = 9.80665
-"""g_n [m/s^2], by which accelerations are counted in g whatever the scenario's own gravity is."""
+"""g_n [m/s^2], the unit g of accelerations, whatever gravity a scenario states."""
 
 
 class Shaker(Struct, frozen=True):
@@ -148,7 +148,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
             period_ratio=scenario.period_ratio,
             capsule=scenario.device.capsule,
             ball_mass_kg=scenario.device.ball_mass_kg,
-            # One of 0 % would cost its terms in every evaluation, and be refused where a sine alone is known.
+            # A harmonic of 0 % would cost time in every evaluation, and be refused where only a sine is allowed.
             harmonics=tuple(
                 Harmonic.of(harmonic.order, harmonic.percent, harmonic.phase_deg)
                 for harmonic in scenario.excitation.harmonics
@@ -173,14 +173,14 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return replace(self, restitution=restitution, **others)
 
     def of_sine(self, what: str) -> Device[Quantity]:
-        """The device itself, if its force is a sine and it has a `plain_ball`, see there."""
+        """The device itself, if its force is a sine and its ball a `plain_ball`; else a UsageError naming `what`."""
         if self.harmonics:
             allowed = "allowed: a sine, without excitation.harmonics"
             raise UsageError(f"of a force with harmonics {what} is not known ({allowed})")
         return self.plain_ball(what)
 
     def plain_ball(self, what: str) -> Device[Quantity]:
-        """The device itself, if the ball has no friction and a constant restitution; see `constant_restitution`."""
+        """The device itself, if its ball has no friction and a `constant_restitution`; else a UsageError."""
         if self.friction:
             raise UsageError(f"of a ball with friction {what} is not known (allowed: none, without device.friction)")
         return self.constant_restitution(what)
@@ -191,7 +191,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         Parameters
         ----------
         what : str
-            What requires that, for the message.
+            What requires a constant restitution, for the message.
 
         Raises
         ------
@@ -207,8 +207,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
     @property
     def rubs(self) -> bool:
-        """Whether dry friction acts on the ball: not in an upright capsule, on whose wall it does not press."""
-        # Upright, nothing presses the ball on the wall of the capsule, whatever the coefficient.
+        """Whether dry friction acts on the ball: not in an upright capsule, on whose wall the ball does not press."""
         return bool(self.friction) and not np.all(self.inclination_deg == 90)
 
     @property
@@ -256,7 +255,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return value_in(self.restitution, varied)
 
     def groups(self, parameter: Parameter, value: Arithmetic, ops: ExactFunctions = ARRAYS) -> Groups[Any]:
-        """The groups where `parameter` has `value`: d = 4 M s f^2/F, gbar = M g sin(beta)/F, r, harmonics, friction.
+        """The groups at a value of a parameter: d = 4 M s f^2/F, gbar = M g sin(beta)/F, r, harmonics and friction.
 
         For a free capsule gbar is (M + m) g sin(beta)/F. A gbar up to `NO_GRAVITY` becomes zero.
 
@@ -266,7 +265,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         value : array_like
             In the parameter's unit.
         ops
-            Functions of the kind of number wanted, see `numbers`.
+            Functions of the kind of number that the groups shall have, see `numbers`.
 
         Source: Eqs. (2.5), (2.6).
         """
@@ -290,7 +289,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         return Groups(d, gbar * (gbar > NO_GRAVITY), restitution, harmonics, friction)
 
     def value(self, parameter: Parameter, d: Arithmetic, gbar: Arithmetic, ops: ExactFunctions = ARRAYS) -> Any:
-        """The value of `parameter` at which the device has the groups, the other three parameters as they are.
+        """The value of a parameter at which the device has some d and gbar, the other three parameters as they are.
 
         The inverse of `groups`: from gbar for the inclination, otherwise from d.
 
@@ -349,8 +348,8 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
         See Also
         --------
-        friction_slope : That of friction.
-        law_slope : That of the speed of a law.
+        friction_slope : Derivative of friction.
+        law_slope : Derivative of the speed of a law.
         """
         value = float(self.value_of(varied))
         match varied:
@@ -450,9 +449,9 @@ class Device(Struct, Generic[Quantity], frozen=True):
 
 
 def carried(varied: DesignInput, by: DesignInput) -> float:
-    """Derivative of an input by another: not zero only for an input itself, and among restitutions.
+    """Derivative of an input by another: zero but for an input by itself, and among restitutions.
 
-    The restitution of both membranes moves that of each by as much; that of each moves the mean of both by half.
+    The restitution of both membranes moves each by as much; the restitution of one moves the mean of both by half.
     """
     if varied is by:
         return 1.0

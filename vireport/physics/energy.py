@@ -198,11 +198,11 @@ class MembraneStretch(Struct, frozen=True):
     Attributes
     ----------
     depth_m : float
-        Its deflection [m].
+        Largest deflection [m].
     depth_ratio : float
-        The same over the active radius.
+        Largest deflection over the active radius [-].
     area_ratio : float
-        A/A0 of its area at that depth and flat.
+        A/A0, area at that deflection over the flat one [-].
     peak_v : float
         U_imp [V].
     """
@@ -307,7 +307,7 @@ class ElectricalCycle(Struct, frozen=True):
     Attributes
     ----------
     charge_c : float
-        That it holds while it is isolated [C].
+        Charge that the membrane holds while it is isolated [C].
     bias_v, peak_v : float
         Voltage before and after it is flat again, Uin and U_imp [V].
     """
@@ -441,7 +441,7 @@ def conversion_of_word(
 
 
 class Fitting(Struct, frozen=True, eq=False):
-    """Values that limit the largest deflection to the membrane's active radius, each with the others as they are.
+    """Ball mass, stiffness and active radius that limit the deflection to the radius, each with the others as they are.
 
     Attributes
     ----------

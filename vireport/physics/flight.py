@@ -1,11 +1,11 @@
 """Closed-form flight of the ball between two impacts, and the impact law.
 
-Turns a state just after an impact into the state any time later. Everything here is dimensionless
+It turns a state just after an impact into the state any time later. Everything here is dimensionless
 (length x_c, velocity y_c, time t_c = pi/omega), and knows nothing of periodic motions: the analytic
 solution and the simulation both stand on it, and share nothing else.
 
 The functions take the sines and cosines they need instead of phases, so that a caller who already has them
-(arrays of orbits, a simulation that carries them from impact to impact) does not pay for them twice. Where the force
+(arrays of motions, a simulation that carries them from impact to impact) does not pay for them twice. Where the force
 has harmonics, its `Wave` has what stands in their places: the force and the path for a cosine, the impulse for a sine.
 """
 
@@ -79,7 +79,7 @@ def displacement(
 
     Z - Z_start = Z'+ t + gbar t^2/2 - [cos(phase) - cos(phase_start)]/pi^2 - sin(phase_start) t/pi.
 
-    Parameters are those of `velocity`, with the cosines of the phase at the impact and now.
+    Parameters are those of `velocity`, and the cosines of the forcing phase at the impact and now. Returned in [x_c].
 
     Source: Eq. (2.12) with F1 and F2 of (3.13).
     """
@@ -171,7 +171,7 @@ class Flight(Struct, frozen=True, eq=False):
         return self.direction * acceleration(cosine, self.gbar)
 
     def jerk(self, sine: Arithmetic, pi: Arithmetic = pi) -> Any:
-        """Rate of that acceleration, where the phase has this sine."""
+        """Rate of the acceleration away from the membrane left, where the phase has this sine."""
         return -self.direction * pi * sine
 
     def turned(self, sine: Arithmetic, cosine: Arithmetic) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""The force that drives the capsule as a function of its phase: a sine, and harmonics of it.
+"""The force that drives the capsule, a sine and its harmonics, as a function of the forcing phase.
 
 F [cos x + sum_j (A_j cos jx + B_j sin jx)] with x = omega t + phi. A flight needs the force itself, its integral over
 the phase, which is a velocity, and the integral of that, a distance. For a sine they are cos x, sin x and, but for its
@@ -91,7 +91,7 @@ def with_harmonic(harmonics: Sequence[Harmonic], more: Harmonic) -> tuple[Harmon
 
 
 class Wave(NamedTuple):
-    """The force at one phase, over its amplitude.
+    """The force at one phase and its two integrals over the phase, over the amplitude of the force.
 
     Attributes
     ----------
@@ -197,9 +197,9 @@ class Peaks(NamedTuple):
     impulse : float
         Largest size of its integral over the phase.
     path : float
-        Half the range of the integral of that.
+        Half the range of the integral of the impulse.
     lift : float
-        Largest force against gravity: for a larger gbar a ball never leaves the bottom.
+        Largest force against gravity: where gbar is larger, a ball at rest never leaves the bottom.
     """
 
     force: float

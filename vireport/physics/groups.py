@@ -1,7 +1,7 @@
 """The dimensionless groups of a device, on which flights and impacts depend, Eqs. (2.8)-(2.12).
 
 `Groups` has d, gbar, the restitution (one number, `Restitutions` for two, `SpeedLaw` where it falls with speed), the
-harmonics of the force, and friction. With n forcing periods per motion they are all of the dynamics.
+harmonics of the force, and friction. Together with n, the forcing periods per motion, they determine the dynamics.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Restitutions(Struct, frozen=True):
     bottom, top : array_like
         r of each membrane [-].
     slope : float
-        -(dZ'+/dZ'-)/r: the whole number 1 for constant restitutions. For those that a `SpeedLaw` has at the impacts of
-        motions it is 1 + exponent.
+        -(dZ'+/dZ'-)/r: the whole number 1 for constant restitutions, 1 + exponent for restitutions that a `SpeedLaw`
+        gives at impacts.
     """
 
     bottom: Any
@@ -50,7 +50,7 @@ class Restitutions(Struct, frozen=True):
 
 
 Restitution = Arithmetic | Restitutions
-"""The restitution coefficient of both membranes where they are alike, or those of each."""
+"""The restitution coefficient of both membranes where they are alike, or one of each."""
 
 
 class SpeedLaw(Struct, frozen=True):
@@ -65,7 +65,7 @@ class SpeedLaw(Struct, frozen=True):
     exponent : array_like
         -1 < exponent <= 0 [-].
     speed : array_like
-        Speed at which they are stated: [m/s] in a device, [y_c] in groups.
+        Speed at which `bottom` and `top` are stated: [m/s] in a device, [y_c] in groups.
     """
 
     bottom: Any
@@ -121,7 +121,7 @@ class Groups(NamedTuple, Generic[Number]):
     harmonics : tuple of Harmonic
         Of the force, none of a sine.
     friction : array_like or None
-        Of the ball on the capsule, mu_f M g cos(beta)/F, against the relative velocity; None of a ball without it.
+        Of the ball on the capsule, mu_f M g cos(beta)/F, against the relative velocity; None without friction.
     """
 
     d: Number
@@ -146,7 +146,7 @@ class Groups(NamedTuple, Generic[Number]):
     def numbers(self) -> tuple[Any, ...]:
         """d, gbar, the restitutions at bottom and top, cosine and sine of each harmonic, exponent and speed, friction.
 
-        Exponent and speed are those of a law, friction that of a ball with it; otherwise they are absent.
+        Exponent and speed are there for a `SpeedLaw` only, friction for a ball with friction only.
         `with_numbers` is the inverse.
         """
         parts = [part for harmonic in self.harmonics for part in (harmonic.cosine, harmonic.sine)]
@@ -246,8 +246,8 @@ class Groups(NamedTuple, Generic[Number]):
         walls : sequence of int
             Membranes of the impacts.
         velocity : sequence
-            Just before them [y_c]; needed where restitutions fall with speed. The product is then that of (r s)^(1/2),
-            s the second number of `rebound`.
+            Just before the impacts [y_c]; needed where restitutions fall with speed: the product is then of
+            (r s)^(1/2), s the second number of `rebound`.
         """
         law = self.law
         if law is not None:
@@ -279,7 +279,7 @@ class Groups(NamedTuple, Generic[Number]):
     def flown(
         self, elapsed: Arithmetic, after: Arithmetic, begun: Wave, now: Wave, way: Arithmetic = 0, pi: Arithmetic = pi
     ) -> tuple[Any, Any]:
-        """The position of the ball less that of the membrane left, and its velocity Z', a time after an impact.
+        """Z less its value at the membrane left [x_c], and the velocity Z' [y_c], a time after an impact.
 
         Parameters
         ----------

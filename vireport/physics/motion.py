@@ -28,8 +28,8 @@ AT_ZERO = 1e-9
 """Size of a velocity or gap that counts as zero at an event: far above rounding, far below those that are not zero."""
 
 SAME_TOUCH = 1e-3
-"""Time [t_c] from an impact without velocity within which a turning point is the same touch: its distance from the
-membrane grows with the square of the time, and is below 1e-9 up to 1e-4 or less."""
+"""Time [t_c] from an impact without velocity within which a turning point is the same touch: the ball's distance from
+the membrane grows with the square of that time, and stays below 1e-9 for 1e-4 at most."""
 
 IMAGE = 1e-5
 """Difference of velocity [y_c] and time [t_c] up to which a motion is its own image where a family turns back as its
@@ -153,7 +153,7 @@ class Motion(Struct, frozen=True, eq=False):
 
 
 def multipliers(trace: Arithmetic, determinant: Arithmetic) -> NDArray[np.complex128]:
-    """Both eigenvalues of a linearised return map, (..., 2), that of larger modulus first; nan where the trace is nan.
+    """Both eigenvalues of a linearised return map, (..., 2), the one of larger modulus first; nan where the trace is.
 
     `motions.stability.eigenvalues` has their real parts by size, as figures show them, with all digits next to Delta=0.
 

@@ -1,9 +1,10 @@
 """Kinds of numbers in which the formulae are evaluated, and the functions of each kind.
 
-A formula takes its numbers and, as `ops`, what provides `pi`, `sin` and `cos` for their kind; the crossing from and to
-SI units in `device` also takes `exact` (a double as such a number), `sqrt`, `sin_degrees` and `arcsin_degrees` from it.
+A formula takes its numbers and, as `ops`, an object with `pi`, `sin` and `cos` for their kind; the conversion to and
+from SI units in `device` takes `exact` (a double as such a number), `sqrt`, `sin_degrees` and `arcsin_degrees` too.
 Three kinds are here: doubles, decimals as long as a critical point needs them, and doubles that carry a bound of their
-rounding error. Affine numbers are in `affine`; balls are in `study.checks.enclosures`, because they need a package.
+rounding error. Affine numbers are in `affine`; balls (midpoint and radius) are in `study.checks.enclosures`, because
+they need a package.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ DIGITS = 45
 """Digits of decimals: cancellation next to a horizontal capsule may take twenty of them."""
 
 IMAGINARY_STEP = 1e-30
-"""Of an analytic function, gives the derivative to the last digit: the square of the step is lost in rounding."""
+"""Imaginary step at which an analytic function gives its derivative to the last digit: its square is below rounding."""
 
 UNIT = 1.2e-16
 """Unit roundoff 2^-53, enlarged for the terms of higher order."""
@@ -37,14 +38,14 @@ UNDERFLOW = 1e-307
 """Absolute error of a product that underflows."""
 
 DEGREE = math.pi / 180
-"""In radians."""
+"""One degree [rad]."""
 
 ARCSINE_STEPS = 6
 """Newton steps from a double to `DIGITS`, of which two or three are needed: next to 90 degrees each gains less."""
 
 
 class Arithmetic(Protocol):
-    """A number of any kind, or an array of such numbers, as formulae take that add, multiply and divide."""
+    """A number of any kind, or an array of such numbers, for formulae that add, multiply and divide."""
 
     def __neg__(self) -> Any: ...
     def __add__(self, other: Any, /) -> Any: ...
@@ -58,7 +59,7 @@ class Arithmetic(Protocol):
 
 
 class Functions(Protocol):
-    """What every kind of numbers has: pi, sine and cosine."""
+    """Functions that every kind of number has: pi, sine and cosine."""
 
     @property
     def pi(self) -> Any:
@@ -74,7 +75,7 @@ class Functions(Protocol):
 
 
 class ExactFunctions(Functions, Protocol):
-    """What kinds of numbers have that hold any double, and so cross from and to SI units."""
+    """Functions of kinds of numbers that hold any double, which the conversion from and to SI units needs."""
 
     def exact(self, x: Any) -> Any:
         """A double as such a number."""
@@ -87,11 +88,11 @@ class ExactFunctions(Functions, Protocol):
         """Sine of an angle in degrees."""
 
     def arcsin_degrees(self, sine: Any) -> Any:
-        """Angle in degrees."""
+        """Angle of a sine [deg]."""
 
 
 class ContinuousFunctions(Functions, Protocol):
-    """What kinds of numbers have that are evaluated on arrays: doubles, and those that enclose them."""
+    """Functions of kinds of numbers that are evaluated on arrays: doubles, and numbers that enclose them."""
 
     @property
     def sinc(self) -> Callable[[Any], Any]:
@@ -150,7 +151,7 @@ class DoubleOps:
 
     @staticmethod
     def arcsin_degrees(sine: Any) -> Any:
-        """Angle in degrees; 90 of a sine that rounding has taken beyond 1."""
+        """Angle of a sine [deg]; 90 for a sine that rounding has taken beyond 1."""
         return np.degrees(np.arctan2(sine, np.sqrt(np.maximum((1 - sine) * (1 + sine), 0.0))))
 
 
@@ -187,11 +188,11 @@ class DecimalOps:
         return Decimal(x)
 
     def sin(self, x: Decimal) -> Decimal:
-        """Sine, by the quadrant and a Taylor series."""
+        """Sine, by a Taylor series about the nearest quarter turn."""
         return _sine_and_cosine(x, getcontext().prec)[0]
 
     def cos(self, x: Decimal) -> Decimal:
-        """Cosine, by the sine of the same quadrant."""
+        """Cosine, by the sine of the distance from the nearest quarter turn."""
         return _sine_and_cosine(x, getcontext().prec)[1]
 
     @staticmethod
@@ -209,7 +210,7 @@ class DecimalOps:
         return self.sin(angle * self.pi / 180)
 
     def arcsin_degrees(self, sine: Decimal) -> Decimal:
-        """Angle in degrees, by Newton's method from that of the nearest double."""
+        """Angle of a sine [deg], by Newton's method from the angle in doubles."""
         degree, angle = self.pi / 180, Decimal(float(ARRAYS.arcsin_degrees(float(sine))))
         for _ in range(ARCSINE_STEPS):
             cosine = self.cos(angle * degree)
@@ -221,7 +222,7 @@ class DecimalOps:
 
 @lru_cache(maxsize=32)  # the conditions of a motion and a further equation need the sines of the same phases
 def _sine_and_cosine(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
-    """Sine and cosine of a decimal, from those of its distance to the nearest quarter turn."""
+    """Sine and cosine of a decimal [rad], by its distance from the nearest quarter turn."""
     quarter = _pi(digits) / 2
     turns = int((x / quarter).to_integral_value())
     rest = x - turns * quarter
@@ -233,7 +234,7 @@ def _sine_and_cosine(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
 
 
 def _sine(x: Decimal, digits: int) -> Decimal:
-    """The sine of at most an eighth of a turn, by its Taylor series."""
+    """The sine of an angle of at most an eighth of a turn [rad], by its Taylor series."""
     square, total = x * x, Decimal(0)
     for coefficient in _sine_coefficients(digits):
         total = total * square + coefficient
@@ -272,14 +273,14 @@ def _pi(digits: int) -> Decimal:
 class Rounded:
     """Doubles with a bound of their distance from the exact result, of one shape or broadcast against each other.
 
-    The very lines that compute a result in doubles bound its error, given these numbers. The bounds are themselves
-    computed in doubles; each is first order in the unit roundoff and taken large enough for what is left out.
+    The lines that compute a result in doubles bound its error when they are given these numbers. The bounds are
+    computed in doubles too; each is of first order in the unit roundoff, and large enough for the higher orders.
 
     Parameters
     ----------
     value : array_like
     error : array_like
-        Bound of the distance to the exact number; none for a double that is exact as it stands.
+        Bound of the distance to the exact number; 0 for a double that is exact.
     """
 
     __array_ufunc__ = None  # arrays and numpy's scalars leave the operation to this class

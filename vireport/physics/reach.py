@@ -1,4 +1,4 @@
-"""How high a ball comes above a vibrating table: the length from which on a capsule's top is out of its reach."""
+"""How high a ball rises above a vibrating table: the length from which on the top of a capsule is out of its reach."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from vireport.scenario.parameters import Parameter
 def reach(groups: Groups[Any]) -> float:
     """Length of a capsule from which on its ball strikes the top a finite number of times at most, from any start.
 
-    No periodic motion then has an impact on the top, and all that lasts is a ball on a table. A bound: some shorter
-    capsules are as good as without a top, too.
+    No periodic motion of a longer capsule has an impact on the top: in the long run the ball bounces on a table. It is
+    a bound: the ball does not reach the top of some shorter capsules either.
 
     Parameters
     ----------
     groups : Groups
-        Of one device; `d` makes no difference.
+        Of one device; `d` is not used.
 
     Returns
     -------
     float
-        In x_c. inf where nothing draws the ball to the bottom or a restitution is 1, and for friction and restitutions
-        that fall with speed, of which no bound is known here.
+        In x_c; inf where gbar is not positive or a restitution is 1, and where there is friction or a restitution that
+        falls with speed, for which no bound is known here.
 
     Notes
     -----
     Seen from outside, the ball rises at a speed v with v' = -gbar in flight, and the capsule at a speed u with
     -U <= u <= U = I/pi, I the largest impulse of the force. Its travel from end to end is 2P, P = p/pi^2 with the
     largest path p. (For a sine I = p = 1.) An impact changes v to -r v + (1 + r) u. Let s be the size of v just after
-    one impact on the bottom, and w just before the next one. After that,
+    one impact on the bottom, w just before the next one and s' just after it:
 
         s' <= r w + A,    A = (1 + r) U,    r that of the bottom.
 
@@ -76,16 +76,15 @@ def reach(groups: Groups[Any]) -> float:
 
 
 def is_table(device: Device, parameter: Parameter, ends: tuple[float, ...] = ()) -> bool:
-    """Whether a device is a ball on a table: the ball strikes the top no more in the long run, where it is set to.
+    """Whether a device is a ball on a table: at the design point and all along a sweep its top is out of `reach`.
 
-    That is at the design point, and all along a sweep. A harvester, which states the mass of its ball, is no table: if
-    it cannot use one of its membranes, it has failed.
+    A harvester, which states the mass of its ball, is no table: if it cannot use one of its membranes, it has failed.
 
     Parameters
     ----------
     device : Device
     parameter : Parameter
-        That is swept.
+        The swept parameter.
     ends : tuple of float
         Of the sweep, in the parameter's unit; none without a sweep.
 

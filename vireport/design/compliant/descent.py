@@ -37,39 +37,39 @@ MULTIPLIER = {Event.PERIOD_DOUBLING: -1.0, Event.FOLD: 1.0}
 """Multiplier at each kind of critical point that is followed, the preferred kind first."""
 
 COARSE, ROUGH = 3, 6
-"""Columns of the extrapolation while a correction is larger than `NEAR`, and then."""
+"""Columns of the extrapolation while a correction is larger than `NEAR`, and afterwards."""
 
 REPORTED = (8,)
 """Columns of the last corrections in every report."""
 
 FINEST = (8, 11, len(SUBSTEPS))
-"""Columns of the last corrections on a ladder of stiffnesses: far up it, nothing but the distance from the rigid model
-is of interest, which vanishes."""
+"""Columns of the last corrections on a ladder of stiffnesses, where the distance from the rigid model is of interest,
+which vanishes far up the ladder."""
 
 NEAR = 0.03
 """Relative correction after which the next one is about as small as the error of the coarse columns, 1e-3."""
 
 CLOSE = 1e-5
-"""Last relative correction with the rough columns: by slopes right to a few per cent, so that a tenth of it is left."""
+"""Last relative correction with the rough columns: the slopes are right to a few per cent, so that a tenth is left."""
 
 SETTLED = 0.01
-"""Last of the corrections with more columns, over all of them: what is left is the error of the columns."""
+"""Last correction with more columns over the sum of all: what is left is the error of the columns."""
 
 UNRESOLVED = 3e-4
-"""Correction by the last columns, of the velocity relative, of the phase [rad], from which the extrapolation does not
-converge: the other forces are ten times that of the membrane or so, as where a ball touches a very soft one slowly."""
+"""Correction by the last columns, relative for the velocity, in [rad] for the phase, from which the extrapolation does
+not converge: other forces are some ten times the membrane's, as where a ball touches a very soft one slowly."""
 
 MOST_STEPS = 12
-"""Of the iteration; three to six are usual."""
+"""Largest number of steps of the iteration; three to six are usual."""
 
 DIFFERENCE = 1e-6
-"""Relative step of the forward differences of the Jacobian, itself exact, of the return map."""
+"""Relative step of forward differences of the return map's Jacobian, which is exact itself."""
 
 FAR = 0.5
 """Relative change of an unknown beyond which a solution is another motion than the one that is followed."""
 
 SAME_TIME = 1e-6
-"""Difference of a flight time from that of the event search, over the period, up to which both end in one touch."""
+"""Difference of a flight time from the event search's, over the period, up to which both end in the same touch."""
 
 ARITHMETIC = np.linalg.LinAlgError, OverflowError, ZeroDivisionError
 """Errors of an iteration that diverges."""
@@ -81,11 +81,11 @@ class Missing(StrEnum):
     """Why a rigid motion, or an end of stable motion, has no compliant counterpart."""
 
     LOST = "lost"
-    """There is none: the ball touches a membrane on its way, or the motion ends at a fold before the design point."""
+    """No counterpart exists: the ball touches a membrane on its way, or the motion ends at a fold before the design."""
     NOT_FOUND = "not found"
-    """The iteration leads to none nearby; there may be one."""
+    """The iteration leads to no counterpart nearby; there may be one."""
     NOT_FOLLOWED = "not followed"
-    """It is of a kind that is not looked for."""
+    """The motion or end is of a kind that is not followed."""
 
 
 class Absence(Struct, frozen=True):
@@ -96,7 +96,7 @@ class Absence(Struct, frozen=True):
 
 
 class _TouchedBefore(NumericalError):
-    """The ball touches a membrane on its way, so that what the return map leads to is no motion."""
+    """The ball touches a membrane on its way, so that the solution of the return map is no motion."""
 
 
 class Rigid(ResultsBlock, frozen=True):
@@ -169,7 +169,7 @@ class Continued(Struct, frozen=True, eq=False):
     Attributes
     ----------
     x, errors : ndarray
-        Velocity and phase at the bottom and, of an end, the value of the input that varies; estimates of their errors.
+        Velocity [y_c] and phase [rad] at the bottom and, for an end, the input that varies; estimates of their errors.
     motion : CompliantMotion
     """
 
@@ -195,22 +195,22 @@ def rigid_motion(solution: Solution) -> tuple[Rigid, Device] | None:
 class Continuation(Struct, frozen=True, eq=False):
     """A fixed point of the return map that is continued in the stiffness, or a critical point of such fixed points.
 
-    The unknowns x are velocity and phase at the touch of the bottom and, of a critical point, the value of the input
-    that varies. They solve P(x) - x = 0 and, of a critical point, det(DP - multiplier I) = 0.
+    The unknowns x are velocity and phase at the touch of the bottom and, for a critical point, the value of the input
+    that varies. They solve P(x) - x = 0 and, for a critical point, det(DP - multiplier I) = 0.
 
     Attributes
     ----------
     device : Device
     membrane : Membrane
-        Of stiffness K.
+        Its stiffness is K.
     varied : ScalarInput
-        The input that varies, of a critical point.
+        The input that varies, for a critical point.
     multiplier : float or None
-        Of the critical point: -1 of a period doubling, 1 of a fold; None of a motion.
+        Multiplier at the critical point: -1 for a period doubling, 1 for a fold; None for a motion.
     start : ndarray (2,) or (3,)
         The unknowns with rigid membranes.
     time_up : float
-        Of the rigid motion from the bottom to the top [t_c].
+        Flight time of the rigid motion from the bottom to the top [t_c].
     """
 
     device: Device
@@ -228,7 +228,7 @@ class Continuation(Struct, frozen=True, eq=False):
         x : ndarray
             The unknowns.
         slopes : ndarray
-            Derivatives of the residuals by them.
+            Derivatives of the residuals by the unknowns.
 
         Raises
         ------
@@ -242,14 +242,14 @@ class Continuation(Struct, frozen=True, eq=False):
             return self._near(factor, guess, ROUGH)
 
     def corrected(self, factor: float, near: Floats, slopes: Floats, stages: Sequence[int]) -> Continued:
-        """Correct a solution with ever more columns of the extrapolation, and check that the ball flies as it says.
+        """Correct a solution with ever more columns of the extrapolation, and check the flights of its ball.
 
         Parameters
         ----------
         factor : float
             Stiffness over K.
         near, slopes : ndarray
-            As from `near`.
+            As returned by `near`.
         stages : sequence of int
             Columns, ascending.
 
@@ -329,7 +329,7 @@ class Continuation(Struct, frozen=True, eq=False):
         raise NumericalError(LEADS_NOWHERE)
 
     def _slopes(self, slopes: Floats, values: Floats, trip: ReturnTrip, way: Floats) -> Floats:
-        """Derivatives of the residuals: exact of a motion; of a critical point those before the last step, updated."""
+        """Derivatives of the residuals: exact for a motion; for a critical point updated from the last step."""
         if self.multiplier is None:
             return trip.jacobian - np.eye(2)
         if not np.all(np.isfinite(way)):
@@ -376,7 +376,7 @@ def descend(followed: Continuation, factors: Sequence[float], stages: Sequence[i
     Returns
     -------
     list of Continued or Absence
-        For each factor; below one at which it is lost all are lost.
+        One for each factor; below a factor at which the motion is lost, all are absences.
     """
     exponent = followed.membrane.exponent
     (e0, x0), (e1, x1) = (0.0, followed.start), (0.0, followed.start)

@@ -3,8 +3,8 @@
 Z'' = gbar + cos(pi t + phi) - k delta^h (1 + lambda delta') at the bottom membrane, where delta = Z - d/2 > 0, and the
 mirror image of the last term at the top one; harmonics of the force add to the cosine. The membranes move with the
 capsule; k = K x_c^h M/(m F). For each contact lambda is set from its impact velocity so that the contact alone would
-have the restitution coefficient r (`physics.contact`). Of a free capsule gbar and m are those of the relative motion,
-see `Device`. Between contacts the flights are those of the simulation, in closed form.
+have the restitution coefficient r (`physics.contact`). For a free capsule gbar and m are those of the relative motion,
+see `Device`. The flights between contacts have a closed form, as in the simulation.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def compliant_model(
     ----------
     device : Device
     parameter : Parameter
-        That has another value than in the device.
+        Parameter whose value differs from the device's.
     value : float
         In the parameter's unit.
     membrane : Membrane
@@ -88,7 +88,7 @@ def compliant_model(
 
 
 class ContactUnits(Struct, frozen=True, eq=False):
-    """Units of time and depth of one contact, in which contacts of all stiffnesses look alike.
+    """Units of time and depth for one contact, in which contacts of all stiffnesses look alike.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class ContactUnits(Struct, frozen=True, eq=False):
     pull : float
         An acceleration Z'' = 1 in these units, positive towards the membrane.
     speed : float
-        At the touch, in these units, towards the membrane.
+        Speed at the touch, in these units, towards the membrane.
     """
 
     time: float
@@ -130,19 +130,19 @@ def contact_units(model: CompliantModel, wall: int, velocity: float) -> ContactU
 
 
 def free_flight(model: CompliantModel, wall: int, leaving: float, phase: float) -> tuple[float, int, float]:
-    """Fly from a membrane to the first touch of either one: time of flight [t_c], wall, and Z' there.
+    """Fly from a membrane to the first touch of either one: return time of flight [t_c], wall and Z' there [y_c].
 
-    By the event search of the simulation, which misses none: the ball leaves as from an impact without loss.
+    The event search of the simulation misses no touch; in it the ball leaves as from an impact without loss.
 
     Parameters
     ----------
     model : CompliantModel
     wall : int
-        That is left.
+        The membrane that is left.
     leaving : float
-        Z' there, away from the wall [y_c].
+        Z' at the departure, away from the wall [y_c].
     phase : float
-        Forcing phase there [rad].
+        Forcing phase at the departure [rad].
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """The stable motion of a design with the stiffness of its membranes, and the ends of that motion.
 
 The rigid motion is followed to the scenario's stiffness by the return map of `return_map`, in a few hundredths of a
-second, so that a report of a device with long contacts always has the answer. The comparison of `compliance` follows
-it over many stiffnesses and tries solvers on it, in seconds.
+second, so that every report of a device with long contacts has it. The comparison of `compliance` follows the motion
+over many stiffnesses and tries solvers on it, in seconds.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from vireport.physics.groups import by_wall
 from vireport.scenario.parameters import ScalarInput
 
 LEAST_RESTITUTION = 0.1
-"""Least r that is followed: the contact has ever more parts, and lasts ever longer, as it goes to 0."""
+"""Least restitution that is followed: as it goes to 0, a contact needs ever more parts and lasts ever longer."""
 
 TOO_LOSSY = Absence(Missing.NOT_FOLLOWED, f"restitutions below {LEAST_RESTITUTION} are not followed")
 """The absence of a motion whose ball is damped so strongly that its contacts are not integrated to the stated error."""
@@ -65,19 +65,19 @@ class StabilityEnd(Struct, frozen=True, eq=False):
     Attributes
     ----------
     parameter : DesignInput or Parameter
-        That varies.
+        The input that varies.
     point : Point
-        With rigid membranes.
+        The critical point with rigid membranes.
     design_value : float or None
-        Of the input, None without a design point.
+        Value of the input at the design point; None without a design point.
     swept : bool
         Whether it ends a stable range of the sweep.
     compliant : float or None
-        Value of the input; None where there is none, or none is known.
+        Value of the input at the counterpart; None where there is none, or none is known.
     error : float
-        Estimate of the error of that value.
+        Estimate of the error of that value, in the unit of the input.
     absence : Absence or None
-        Why there is none.
+        Why there is no counterpart.
     """
 
     parameter: ScalarInput
@@ -107,7 +107,7 @@ class StabilityEnd(Struct, frozen=True, eq=False):
 
     @property
     def compliant_margin(self) -> float | None:
-        """With the membranes' own stiffness: negative where the end is on the other side of the design point."""
+        """The margin with compliant membranes: negative where the end is on the other side of the design point."""
         return None if self.compliant is None else self._margin(self.compliant)
 
     def _margin(self, end: float) -> float | None:
@@ -124,13 +124,13 @@ class OwnStiffness(Struct, frozen=True, eq=False):
     rigid : Rigid
         The motion that is followed from rigid membranes.
     at_design : bool
-        Whether that is at the design point.
+        Whether that motion is at the design point.
     motion : CompliantMotion or None
-        None where there is none, or none is known.
+        Its compliant counterpart; None where there is none, or none is known.
     absence : Absence or None
-        Why there is none.
+        Why there is no counterpart.
     ends : tuple of StabilityEnd
-        Those of the sweep's stable ranges, by ascending value, and then the nearest one to the design point.
+        The ends of the sweep's stable ranges, ascending, and then those nearest to the design point.
     """
 
     rigid: Rigid
@@ -153,7 +153,7 @@ class OwnStiffness(Struct, frozen=True, eq=False):
         return tuple(end for end in self.ends if end.swept)
 
     def end_of(self, parameter: ScalarInput, point: Point) -> StabilityEnd | None:
-        """The end that a critical point is when an input varies, None where it was not followed."""
+        """The end at a critical point when an input varies; None where it was not followed."""
         same = (end for end in self.ends if end.parameter == parameter and end.rigid == point.sweep_value)
         return next(same, None)
 
@@ -189,7 +189,7 @@ def own_stiffness(solution: Solution) -> OwnStiffness | None:
 
 
 def _rigid_ends(solution: Solution) -> Iterator[RigidEnd]:
-    """Ends of the sweep's stable ranges, and of the design point the nearest limit and the nearest end of stability."""
+    """Ends of the sweep's stable ranges, and the design point's nearest limit and nearest end of stability."""
     swept = [point for part in solution.stable_ranges for _, point in part.ends if point is not None]
     for point in swept:
         yield RigidEnd(solution.parameter, point, True)

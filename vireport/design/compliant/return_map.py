@@ -7,7 +7,7 @@ a search for its end, so that the map is an analytic function of the touch.
 
 The linearised (variational) equations are integrated by the same steps: their solution is the derivative of the
 numerical map, to rounding. The derivative of a quantity x by the phase of the touch is the imaginary part of the
-complex number `d_x`, that by the velocity its real part. Sum and product rules are linear in `d_x` with real
+complex number `d_x`, the derivative by the velocity its real part. Sum and product rules are linear in `d_x` with real
 coefficients, so that one line of code differentiates by both.
 """
 
@@ -38,24 +38,24 @@ SUBSTEPS = (2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28)
 to 5e-6, with eight to 3e-7 at 1.7 times the cost, with all to 1e-10 at five times; there rounding takes over."""
 
 LOADED = 0.75
-"""Depth at which the first leg ends, over the largest of a contact without other forces: there the ball is slow enough
+"""Depth at which the first leg ends, over the largest one without other forces: there the ball is slow enough
 for the depth to grow little, and fast enough to divide by its velocity. With 0.5 the error is a thousand times as
 large, as the next leg divides by the force."""
 
 UNLOADED = 0.55
-"""Share of the time from the deepest point to the end, without other forces, after which the last leg begins."""
+"""Share of the time from deepest point to departure, without other forces, after which the last leg begins."""
 
 SETTLED = 1e-13
-"""Last relative correction of a flight time."""
+"""Correction of a flight time, over the period of the motion, that ends the search."""
 
 MOST_CORRECTIONS = 30
-"""Newton's steps for a flight time, or for the place where the force is cut off; about four are usual."""
+"""Largest number of Newton steps for a flight time, or for the place where the force is cut off; four are usual."""
 
 SWITCHED = 1e-7
 """Last correction of the place in a leg where the force of the membrane is cut off."""
 
 MOST_SWITCHES = 4
-"""Times that the force of the membrane may end or begin again in a part of a leg; once is usual."""
+"""How often the force of the membrane may end or begin again in a part of a leg; once is usual."""
 
 State = tuple[float, float, complex, complex]
 """Two unknowns a and b of a leg, and their derivatives d_a and d_b by the touch."""
@@ -95,7 +95,7 @@ class Bounce(ResultsBlock, frozen=True):
 
 
 class ReturnTrip(Struct, frozen=True, eq=False):
-    """One period from a touch of the bottom to the next.
+    """A period of motion between compliant membranes, from a touch of the bottom to the next one.
 
     Attributes
     ----------
@@ -103,11 +103,11 @@ class ReturnTrip(Struct, frozen=True, eq=False):
     flights : tuple of float
         Flight times up and down [t_c].
     time : float
-        Until the next touch [t_c].
+        Time until the next touch [t_c].
     velocity : float
-        Z' there.
+        Z' at the next touch [y_c].
     jacobian : ndarray
-        Derivatives of velocity and forcing phase [rad] there by those at the touch before, (2, 2).
+        Derivatives of velocity [y_c] and forcing phase [rad] at the next touch by those at the first one, (2, 2).
     """
 
     bottom: Bounce
@@ -121,10 +121,10 @@ class ReturnTrip(Struct, frozen=True, eq=False):
 def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, columns: int) -> tuple[Bounce, Floats]:
     """Integrate a contact from its touch to the departure, with its Jacobian.
 
-    The Jacobian is that of velocity and forcing phase [rad] at the end by those at the touch, (2, 2).
+    The Jacobian has the derivatives of velocity [y_c] and forcing phase [rad] at the end by those at the touch, (2, 2).
 
-    Invariant: where a leg ends, but for the last one, the ball is on the membrane, and each `d_x` is the derivative of
-    x there by the touch: where the leg ends, not at a time.
+    Invariant: where a leg ends, but for the last one, the ball is on the membrane, and each `d_x` is the derivative by
+    the touch of x at the end of the leg, not at a fixed time.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
     Raises
     ------
     NumericalError
-        If the ball is pressed onto the membrane instead of bouncing.
+        If the ball is pressed onto the membrane instead of bouncing, or does not strike it from within.
     """
     if not wall * velocity > 0:
         raise NumericalError("the ball must strike a membrane with a velocity towards it")
@@ -174,7 +174,7 @@ def bounce(model: CompliantModel, wall: int, velocity: float, phase: float, colu
 
 
 class _Contact(Struct, frozen=True, eq=False):
-    """What accelerates the ball in a contact, y'' = p (gbar + force) - k y^h (1 + D v), in the units of the contact.
+    """The equation of motion in a contact, y'' = p (gbar + force) - k y^h (1 + D v), in the units of the contact.
 
     Attributes
     ----------
@@ -183,7 +183,7 @@ class _Contact(Struct, frozen=True, eq=False):
     touched : float
         Velocity at the touch.
     pull, gbar, harmonics
-        p, positive towards the membrane, and what it is the factor of.
+        The factor p, positive towards the membrane, gravity and the harmonics of the force.
     spring, exponent, damping : float
         k, h and D.
     """
@@ -204,7 +204,7 @@ class _Contact(Struct, frozen=True, eq=False):
         return cls(pi * units.time, units.speed, *forces)
 
     def acceleration(self, phase: float, y: float, v: float, pushed: bool = True) -> tuple[float, float, float, float]:
-        """The acceleration of a ball that is pushed, or is not, and its derivatives by phase, depth and velocity."""
+        """The acceleration, with the membrane pushing or not, and its derivatives by phase, depth and velocity."""
         if self.harmonics:
             at = sin(phase), cos(phase), self.harmonics
             a, by_phase = self.pull * (self.gbar + wave(*at).force), self.pull * force_rate(*at)
@@ -219,8 +219,8 @@ class _Contact(Struct, frozen=True, eq=False):
     def d_felt(self, v: float, d_v: complex) -> complex:
         """The derivative of the velocity as the damping force feels it.
 
-        The units, though chosen by the velocity of the touch, are constants to the derivatives; the damping D, as the
-        inverse of that velocity, is not: the force is one of D v, and D (d_v - v/v_touch) is the derivative of that.
+        The units, though chosen by the velocity of the touch, count as constants in derivatives. The damping D, which
+        goes with the inverse of that velocity, does not: the derivative of D v is D (d_v - v/v_touch).
         """
         return d_v - v / self.touched
 
@@ -231,7 +231,7 @@ class _Contact(Struct, frozen=True, eq=False):
 
 
 class _Leg(Struct, frozen=True, eq=False):
-    """A part of a contact, by the derivatives of its two unknowns."""
+    """A part of a contact, which has the derivatives of its two unknowns."""
 
     contact: _Contact
 
@@ -241,9 +241,9 @@ class _Leg(Struct, frozen=True, eq=False):
 
 
 class _ToDepth(_Leg, frozen=True, eq=False):
-    """From the touch to the depth `LOADED`, which is `LOADED` w^2: the unknowns are phase and v.
+    """The leg from the touch to the depth `LOADED`, at the depth `LOADED` w^2: the unknowns are phase and v.
 
-    In w, the root of the depth, y^h is smooth for any exponent; the ball moves in all the time.
+    In w, the root of the depth, y^h is smooth for any exponent; the ball moves inwards all the time.
     """
 
     def rates(self, w: float, phase: float, v: float, d_phase: complex, d_v: complex) -> State:
@@ -258,10 +258,10 @@ class _ToDepth(_Leg, frozen=True, eq=False):
 
 
 class _ToRest(_Leg, frozen=True, eq=False):
-    """To the deepest point, by the velocity `fast` (1 - w): the unknowns are phase and y.
+    """The leg to the deepest point, at the velocity `fast` (1 - w): the unknowns are phase and y.
 
-    The ball is slowed all the time, so that the velocity says where it is. By it the end is w = 1 for every touch; in
-    time it would have to be searched for.
+    The ball is slowed all the time, so that its velocity can be the variable. The end is then w = 1 for every touch; as
+    a time it would have to be searched for.
     """
 
     fast: float
@@ -288,7 +288,7 @@ class _OutwardLeg(_Leg, frozen=True, eq=False):
 
 
 class _ForATime(_OutwardLeg, frozen=True, eq=False):
-    """From rest for a `span` of units of time, begun at the phase `stopped`: the unknowns are y and v."""
+    """The leg from rest for a `span` of units of time, begun at the phase `stopped`: the unknowns are y and v."""
 
     stopped: float
     d_stopped: complex
@@ -303,7 +303,7 @@ class _ForATime(_OutwardLeg, frozen=True, eq=False):
 
 
 class _ToSurface(_OutwardLeg, frozen=True, eq=False):
-    """From a `depth` to the surface, being at `depth` (1 - w)^2: the unknowns are phase and v."""
+    """The leg from a `depth` to the surface, at the depth `depth` (1 - w)^2: the unknowns are phase and v."""
 
     depth: float
     d_depth: complex
@@ -330,11 +330,11 @@ def _moved_out(leg: _OutwardLeg, state: State, columns: int, parts: int = 1) -> 
     ----------
     leg : _OutwardLeg
     state : State
-        At its beginning.
+        State at the beginning of the leg.
     columns : int
         How many of `SUBSTEPS` are extrapolated from.
     parts : int
-        Equal parts in which it is integrated.
+        Number of equal parts in which the leg is integrated.
 
     Raises
     ------
@@ -360,8 +360,8 @@ def _switch(
 ) -> tuple[float, State]:
     """Place w within a bracket at which the force of the membrane ends, or begins again, and the state there.
 
-    `state` and `after` are those at the ends of the bracket, as if the force went on. By Newton's method kept within
-    the bracket. What is left of the error counts only squared, as the force vanishes.
+    `state` and `after` are the states at the ends of the bracket, as if the force went on. Newton's method is kept
+    within the bracket. An error of w enters the state with its square only, as the force vanishes there.
     """
     damping, (start, end) = leg.contact.damping, bracket
     low, high, w = start, end, end
@@ -393,7 +393,7 @@ def _extrapolated(leg: _Leg, start: float, length: float, state: State, columns:
     start, length : float
         Place w at which the part begins, and its length in w.
     state : State
-        There.
+        State where the part begins.
     columns : int
         How many of `SUBSTEPS` are extrapolated from.
     """
@@ -430,19 +430,19 @@ def _weights(columns: int) -> tuple[tuple[int, float], ...]:
 def crossing(
     model: CompliantModel, wall: int, leaving: float, phase: float, guess: float
 ) -> tuple[float, float, Floats]:
-    """Fly from a membrane to the other one: time near a guess [t_c], Z' there, and the Jacobian as of `bounce`.
+    """Fly from a membrane to the other: return time near a guess [t_c], Z' there [y_c], and Jacobian as in `bounce`.
 
-    Whether the ball touches a membrane before is not looked at: `model.free_flight` does.
+    Whether the ball touches a membrane before is not tested here, but by `model.free_flight`.
 
     Parameters
     ----------
     model : CompliantModel
     wall : int
-        Of the membrane that is left.
+        The membrane that is left.
     leaving, phase : float
         Z' [y_c] and forcing phase [rad] at the departure.
     guess : float
-        Of the time of flight [t_c].
+        Guess of the time of flight [t_c].
 
     Raises
     ------

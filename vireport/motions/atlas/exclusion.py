@@ -39,30 +39,30 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 COARSEST, FINE, FINEST = 1 / 8, 1 / 512, 1 / 2048
-"""Sides of cells in a plane [t_c]: of the first ones (larger cells are hardly ever left out); of those in which motions
-are looked for; and of the last ones, to which cells are halved that are not near to motions of a family."""
+"""Sides of cells of two flight times [t_c]: of the first cells (larger ones are hardly ever left out), of the cells in
+which motions are looked for, and of the smallest, to which cells not near to motions of a family are halved."""
 
 COARSEST_CUBE, FINE_CUBE = 1 / 6, 1 / 96
-"""The first two sides for cells in space."""
+"""Sides of the first cells of three flight times, and of the cells in which motions are looked for [t_c]."""
 
 FEW = 60
-"""Cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
+"""Number of cells up to which sides are divided into four, not two: a step costs as much as a thousand cells."""
 
 WALLS = 1 / 20
 """Largest side [t_c] of cells that are tested for a ball that passes through a membrane: larger ones hardly ever show
 it."""
 
 NEAR_TURN = 1e-3
-"""Newton step [t_c] at which a turning point is near enough: any point of a flight may prove that it leaves."""
+"""Newton step [t_c] at which a turning point is near enough: any point of a flight may prove that the ball leaves."""
 
 MOST_CELLS = 20_000
-"""Cells that are divided once more: where more are left, as above a sweep over decades, they stay as they are."""
+"""Largest number of cells that are divided once more: where more are left, as for a sweep over decades, they stay."""
 
 REACH = 4
-"""Farthest from the centre of a cell that a motion is looked for, in its sides."""
+"""Distance from the centre of a cell up to which a motion is looked for, in sides of the cell."""
 
 BLOCK = 4096
-"""Cells evaluated at once: their numbers stay in the processor's cache."""
+"""Number of cells evaluated at once: their data stay in the processor's cache."""
 
 
 def fine_side(word: Word) -> float:
@@ -100,9 +100,9 @@ class FlightTimeCells(Struct, frozen=True, eq=False):
         return self.corner + self.side / 2
 
     def no_larger_than(self, side: float) -> bool:
-        """Whether they are squares of at most this side, intervals of a quarter of it, or cubes of four times it.
+        """Whether cells are squares of at most a side [t_c], intervals of a quarter of it, or cubes of four times it.
 
-        An interval is a larger share of a line than a square of a plane, and a cube a smaller one of space.
+        An interval is a larger share of a line than a square of a plane, and a cube a smaller share of space.
         """
         return self.side <= side * 4.0 ** (len(self.corner) - 2)
 
@@ -114,7 +114,7 @@ class FlightTimeCells(Struct, frozen=True, eq=False):
 
     @property
     def share(self) -> float:
-        """Share of the cells in all flight times, every motion counted from one impact."""
+        """Share of the cells in the volume of all flight times [-], every motion counted from one impact."""
         sides = len(self.corner)
         part = (self.side / (2 * self.word.periods)) ** sides * factorial(sides)
         return float(len(self) * part * len(self.word.firsts(self.word)))
@@ -129,8 +129,8 @@ class Exclusion(Struct, frozen=True):
     low, high : float
         Range of the coordinate.
     words : tuple of Word
-        The same impacts in different numbers of periods, which are evaluated together: three, not all on the top, or
-        two or four on the bottom.
+        The same impacts in different numbers of periods, which are evaluated together: three impacts, not all on the
+        top, or two or four on the bottom.
     """
 
     model: Model
@@ -141,13 +141,13 @@ class Exclusion(Struct, frozen=True):
     def shortest(self, period: float) -> float:
         """Time below which no flight of a motion can cross [t_c].
 
-        No impact is faster than by (2.11) with the decay r, the larger one of both membranes, and no flight gains more
-        than 1 + gbar in a unit of time.
+        By (2.11) the speeds of impacts are bounded, with the larger r of both membranes, and no flight gains more than
+        1 + gbar in a unit of time.
         """
         d, gbar = self.model.groups(max(self.low, 0.0))[0], self.model.groups(self.high)[1]
-        # Let v be the fastest impact. By (2.11) it is at most r v and what a flight gains, period gbar + 2/pi; and what
-        # starts with r v and gains at most 1 + gbar a time covers d in t with r v t + (1 + gbar) t^2/2 = d, solved for
-        # t so that nothing cancels.
+        # Let v be the speed of the fastest impact. By (2.11) it is at most r v plus what a flight gains, period gbar +
+        # 2/pi. A ball that starts with r v and gains 1 + gbar in a unit of time crosses d in a time t with r v t +
+        # (1 + gbar) t^2/2 = d, solved for t so that nothing cancels.
         r = max(by_wall(self.model.r))
         speed = (period * gbar + 2 / np.pi) / (1 - r)
         start = r * speed
@@ -178,7 +178,7 @@ class Exclusion(Struct, frozen=True):
         return [part[mask] for part, mask in zip(cells, masks, strict=True)]
 
     def motions(self, cells: FlightTimeCells) -> tuple[Candidates, Floats]:
-        """Solve for the motions of the sweep next to the centres of cells; with all their flight times but the last."""
+        """Solve for the motions next to the centres of cells; return them with all their flight times but the last."""
         word, model, farthest = cells.word, self.model, REACH * cells.side
         motions, flights = onto_sweep(word, cells.centre, model, farthest)
         # Where gbar is held motions on one membrane are at all d above the ball's reach: one in the range is chosen.
@@ -233,15 +233,15 @@ class Exclusion(Struct, frozen=True):
         Parameters
         ----------
         corner : ndarray (N - 1, n)
-            Lower ends of its flight times [t_c].
+            Lower ends of the flight times of each cell [t_c].
         period, side : ndarray (n,)
-            Of its motions, and of the cell [t_c].
+            Period of the motions in each cell, and side of the cell [t_c].
         """
         word, rows = self.words[0], np.arange(len(period))
         x = solution(word, FlightTimes(_boxes(corner, side), period), self.model.r, AFFINE)
         rows, x = self._solved(rows, x)
         if word.one_sided and len(corner) > 1:
-            # Next to flight times at which two conditions on one membrane depend on each other, two others do not.
+            # Next to flight times at which two of the conditions on one membrane are dependent, two others are not.
             # Without them 7e-6 and 1e-5 of all flight times of three and four such impacts stay undecided in an
             # inclined capsule over 2 periods, with them none.
             solved, _ = self._solved(np.arange(len(rows)), x.by_others())
@@ -254,7 +254,7 @@ class Exclusion(Struct, frozen=True):
         return possible
 
     def _solved(self, rows: NDArray[np.intp], x: HomogeneousSolution) -> tuple[NDArray[np.intp], HomogeneousSolution]:
-        """The solutions that may be of the sweep and strike the membranes from within, with the numbers of cells."""
+        """The solutions that may belong to the sweep and strike the membranes from within, and their cells' numbers."""
         zeros = [(y.lower <= 0) & (y.upper >= 0) for y in sweep_conditions(x, self.model)]
         if zeros:
             zero = np.flatnonzero(np.logical_and.reduce(zeros))
@@ -285,10 +285,10 @@ class Exclusion(Struct, frozen=True):
         return room(self.model.level, self.high, x.gbar, (square * (1 / norm) + norm) * 0.5)
 
     def _beyond_walls(self, corner: Floats, period: Floats, side: Floats, x: HomogeneousSolution) -> Mask:
-        """Whether it is proved of each cell that the ball would pass through a membrane in all of its solutions.
+        """Whether it is proved for each cell that in all its solutions the ball would pass through a membrane.
 
-        The proof is tried at one time: that of the turning point farthest beyond a membrane in the solution at the
-        centre, at the same share of its flight throughout the cell.
+        The proof is tried at one time: when the solution at the centre turns farthest beyond a membrane, at the same
+        share of that flight throughout the cell.
         """
         # Any time of a flight at which the ball is beyond a wall proves that there is no motion. The turning point of
         # the centre is only a good guess at one: it need not be exact, nor a turning point elsewhere in the cell.

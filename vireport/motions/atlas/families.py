@@ -44,8 +44,8 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 NEAR, SQUARES = 1 / 256, 2.0**16
-"""Side of squares of flight times [t_c]: motions in the same square as those of a family, or in a neighbouring one, are
-near to it. And a number larger than that of squares in a row."""
+"""Side of squares of flight times [t_c], and a number larger than that of squares in a row: a motion in the same square
+as a motion of a family, or in a neighbouring one, is near to that family."""
 
 LOOKED_FOR, MOST_OPENINGS = 4, 1000
 """Impacts up to which words are looked for and every family that meets another is followed; and how often a longer word
@@ -160,11 +160,11 @@ class _Meeting(Struct):
     ----------
     event : Event
     motion : Motion
-        With its touches as impacts.
+        The motion at the vertex, its touches as impacts.
     point : Point or None
-        Where it has been solved for in decimals.
+        The vertex as solved for in decimals, if it has been.
     families : set of int
-        Numbers of the families at it.
+        Numbers of the families that meet at the vertex.
     """
 
     event: Event
@@ -179,9 +179,9 @@ class _Queued(NamedTuple):
     Attributes
     ----------
     impacts : int
-        Of a word.
+        Number of impacts of the word.
     serial : int
-        In the order of the search; no two entries have the same.
+        Number in the order of the search, different for all entries.
     families : iterator of Beginning
         Families of the word that may begin at a vertex.
     others : iterator of VertexOpening
@@ -208,11 +208,11 @@ class _Search(Struct):
     limits : Limits
     progress : callable or None
     finest, openings
-        See `SearchEffort`; `openings` is what is left of it.
+        See `SearchEffort`; `openings` counts those that are left.
     families : list of Family
-        In the order in which they were added, which is that of their numbers.
+        In the order in which they were added, and of their numbers.
     of_word : dict
-        The same by their words in canonical form.
+        The families by their words in canonical form.
     meetings : list of _Meeting
         The vertices.
     at_event : dict
@@ -224,7 +224,7 @@ class _Search(Struct):
     undecided : list of FlightTimeCells
         Cells in which the search for a word has neither found motions nor excluded them.
     squares : dict
-        Codes of squares of flight times near to families of a word, with the number of families that they are of.
+        For each word, the number of families considered and the codes of the squares of flight times near to them.
     """
 
     diagram: BifurcationDiagram
@@ -265,10 +265,10 @@ class _Search(Struct):
         return sorted(words, key=lambda word: word.letters)
 
     def on_bottom(self, periods: int) -> list[Word]:
-        """Words with two to four impacts on one membrane.
+        """Words with two to four impacts on the bottom only.
 
-        Over a period gravity adds 2 k gbar to the velocity, of which impacts take (1 + r) times their sum. There are no
-        motions with impacts on the top only, nor in a horizontal capsule on either membrane only.
+        Over a period gravity adds 2 k gbar to the velocity, and the impacts take off (1 + r) times the sum of their
+        velocities: there are no motions with impacts on the top only, nor in a horizontal capsule on one membrane only.
         """
         most = 0 if self.model.level.horizontal else min(LOOKED_FOR, self.limits.impacts)
         return [Word(impacts * (1,), periods) for impacts in range(2, most + 1)]
@@ -341,7 +341,7 @@ class _Search(Struct):
         return not self.on_family(motion)
 
     def on_family(self, motion: Motion) -> bool:
-        """Whether a motion or, where it is one, its mirror image lies on a family."""
+        """Whether a motion or, where that is a motion too, its mirror image lies on a family."""
         near = (other for family in self._alike(motion) for other in family.at(motion.coordinate))
         return any(self._same(motion, other) for other in near)
 
@@ -350,7 +350,7 @@ class _Search(Struct):
         return [*self.on_bottom(periods), *self.words(3, periods)]
 
     def by_exclusion(self, words: tuple[Word, ...]) -> Iterator[Motion]:
-        """Motions of one word, in numbers of periods, that lie on no family so far.
+        """Motions of one sequence of impacts, in several numbers of periods, that lie on no family so far.
 
         The family of a motion must be explored before the next motion is drawn: cells next to it are then left out.
         """
@@ -483,7 +483,7 @@ class _Search(Struct):
             yield Completeness(word.letters, Claim.SEARCHED, side_of(word) / 2)
 
     def _point(self, meeting: _Meeting) -> Point:
-        """The point of a vertex, solved for in decimals; that of the 1:1 motions, if it is one, keeps its label."""
+        """The point of a vertex, solved for in decimals; a critical point of the 1:1 motions keeps its label."""
         if meeting.point is None:
             return polished(self.sweep, meeting.motion, meeting.event)
         return replace(meeting.point, motion=meeting.motion)
@@ -516,9 +516,9 @@ def _images(family: Family, word: Word, mirror: bool) -> Iterator[Floats]:
     ----------
     family : Family
     word : Word
-        That of its motions, or of several periods of them.
+        The word of the motions, or of several periods of them.
     mirror : bool
-        Whether to add those of the mirror images.
+        Whether to add the flight times of mirror images.
 
     Yields
     ------

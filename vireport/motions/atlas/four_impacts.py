@@ -33,17 +33,17 @@ from vireport.physics.word import Word
 Floats = NDArray[np.float64]
 
 FINEST, MOST_POINTS = 1 / 16, 400_000
-"""Side of the cells [t_c], and the number of corners from which they are larger."""
+"""Least side of the cells [t_c], and the number of corners above which the side is larger."""
 
 LAYERS = 8
-"""Layers of cells evaluated at once: numbers stay in the processor's cache, and are many enough for NumPy."""
+"""Layers of cells evaluated at once: few enough for the processor's cache, and many enough for NumPy."""
 
 FARTHEST, INSIDE = 2.0, 0.5
-"""Farthest from the centre of a cell that the linearised conditions may be zero, in its sides: half a side for the
-cell, the rest for the curvature of both functions. And where the centre has the other sign of d: within the cell."""
+"""Distance from the centre of a cell up to which the linearised conditions may be zero, in sides: half a side for the
+cell, the rest for the curvature of both functions. And the same where d at the centre has the other sign."""
 
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-"""The corners of a cell, from that with the least times."""
+"""The corners of a cell, in sides from the one with the least times."""
 
 FIT = np.vstack([(CORNERS - 0.5).T / 2, np.full(8, 1 / 8)]).astype(np.float32)
 """Matrix from the values of a function at the corners of a cell to its three slopes per side and its mean."""
@@ -76,7 +76,7 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
     # For membranes that are alike the solutions of a word are those of its mirror image, too.
     alike = not isinstance(model.r, Restitutions)
     side, canonical, starts = side_of(word), word.canonical(mirror=alike), [np.empty((3, 0))]
-    # Each image that is the sequence, and the impact from which it is.
+    # Each image that is the word if its impacts are counted from impact i.
     both = (canonical, canonical.mirrored()) if alike else (canonical,)
     images = [(image, i) for image in both for i in range(4) if image.rotated(i) == word]
     if model.level.horizontal or canonical.rotated(2) == canonical:

@@ -10,11 +10,11 @@ from vireport.physics.motion import SAME, Motion
 from vireport.physics.word import Word
 
 TRIED = 1000
-"""Guesses for a word: from 22 to 250 of 1000 came to the stable motion of a word of three to eight impacts, on four
-devices. They take one to three seconds."""
+"""Number of guesses for a word: 22 to 250 of 1000 came to the stable motion of a word of three to eight impacts, on
+four devices, in one to three seconds."""
 
 LEAST_FLIGHT = 0.02
-"""Shortest flight of a guess [t_c]: velocities that solve shorter ones are none that any motion has."""
+"""Shortest flight of a guess [t_c]: for shorter ones the velocities are such as no motion has."""
 
 STEPS, CLOSE = 60, 1e-4
 """Evaluations by which a guess is improved, and the largest residual from which Newton's method begins."""

@@ -1,6 +1,6 @@
 """Motions with one impact, on the bottom, in some forcing periods.
 
-All of a sweep, by a scan over the phase, and those that are stable above a table at one gbar, by their formulae.
+All of a sweep are found by a scan over the phase, and the stable ones above a table at one gbar by formulae.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ class FlightTimes(NamedTuple):
     flights : sequence
         All flight times but the last [t_c].
     period : array_like or None
-        Of each motion [t_c]; None for that of the word.
+        Period of each motion [t_c]; None for the period of the word.
     time : list or None
         Times of all impacts [t_c], where the caller has them as arrays of fewer numbers than the sums of flight times;
         None to add these up.
@@ -116,7 +116,7 @@ class HomogeneousSolution(NamedTuple):
         return HomogeneousSolution(vectors, [t[index] for t in self.time], *groups, [], rows, waves)
 
     def by_others(self) -> HomogeneousSolution:
-        """The solution of the last and the first condition instead of the first two, where one membrane is struck."""
+        """The solution by the last and the first condition instead of the first two, where one membrane is struck."""
         rows = [self.rows[-1], *self.rows[:-1]]
         sine, cosine, gbar = kernel = _cross(*rows[:2])
         excess = [_product(row, kernel) for row in rows[2:]]
@@ -304,17 +304,17 @@ class Candidates(Struct, frozen=True, eq=False):
 
     @property
     def trace(self) -> Floats:
-        """Trace of the product of the flights' Jacobians, whose determinant is r^(2N)."""
+        """Trace of the return map's Jacobian, whose determinant is the product of r^2 over the impacts."""
         x = [*self.velocity, *self.time, self.gbar]
         return np.asarray(trace(self.word, x, Model(Level(Held.D, self.d), self.r), ARRAYS))
 
     def turns(self, period: Any = None, settled: float = SMALLEST_STEP) -> Iterator[tuple[int, Turns]]:
-        """The turning points of the ball, with the impact that begins the flight.
+        """The turning points of the ball, each after the number of the impact that begins its flight.
 
         Parameters
         ----------
         period : ndarray (n,), optional
-            Of each candidate [t_c], where it is not that of the word.
+            Period of each candidate [t_c]; by default that of the word.
         settled : float
             Newton step that ends the search for a turning point [t_c].
         """
@@ -342,7 +342,7 @@ class Candidates(Struct, frozen=True, eq=False):
 
     @property
     def admissible(self) -> Mask:
-        """Whether they are motions: velocities towards the membranes, and the ball between these at all times."""
+        """Whether candidates are motions: impacts from within, and the ball between the membranes at all times."""
         return np.asarray(self.gap > 0)
 
 
@@ -358,12 +358,12 @@ def candidates_above(word: Word, flights: Floats, r: Restitution, period: Floats
     r : float or Restitutions
         Restitution coefficient.
     period : ndarray (n,), optional
-        Of each motion [t_c], where it is not that of the word.
+        Period of each motion [t_c]; by default that of the word.
 
     Notes
     -----
-    The negative of a solution solves the conditions too: this is the one with positive d, or positive gbar where only
-    one membrane is struck. NaN at flight times with more than these two.
+    The negative of a solution solves the conditions too: returned is the one with positive d, or positive gbar where
+    only one membrane is struck. NaN at flight times with more solutions than these two.
     """
     x = solution(word, FlightTimes(list(flights), period), r)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -406,7 +406,7 @@ def search_end(model: Model, word: Word, low: float, high: float) -> float:
 
 
 def within(motions: Candidates, level: Level, low: float, high: float) -> tuple[Candidates, NDArray[np.intp]]:
-    """The candidates that are motions and in the range of the sweep's coordinate, and their numbers."""
+    """The candidates that are motions in the range of the sweep's coordinate, and their indices."""
     gap = motions.gap
     if motions.word.one_sided and level.held is Held.GBAR:  # motions at all d above the ball's reach: one is chosen
         motions = replace(motions, d=high - np.minimum(gap, high - low) / 2)
@@ -469,7 +469,7 @@ def onto_sweep(
 def into_range(
     motions: Candidates, flights: Floats, model: Model, farthest: float, limits: tuple[float, float]
 ) -> Floats:
-    """Flight times of motions, completed by those of motions inside the range from families met outside it.
+    """Flight times of motions, and those of motions inside the range on families that were met outside it.
 
     A family may be in the range for less than a cell, and its motion nearest to a guess outside.
 
