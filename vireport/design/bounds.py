@@ -72,7 +72,7 @@ def bounds_of(
 
 
 def _branch_bounds(membrane: Membrane | None, sweep: Sweep, branch: Branch) -> dict[str, Floats]:
-    """Error bounds of the motions of a branch; at a critical point, which may only be bracketed, at least its bounds."""
+    """Error bounds of a branch's motions; at a critical point, which may only be bracketed, at least its own bounds."""
     bounds = _motion_bounds(membrane, sweep, branch.motions, None)
     for row, critical in branch.family.critical_points.items():
         labelled = {**critical.closed.bounds, "sweep_value": critical.error_bound}

@@ -2,8 +2,8 @@
 
 A harmonic p cos(order x + psi) of the force cos x is a vector of length p in the plane of its cosine and sine. Stable
 motion is followed from the origin of that plane along rays; where it ends is a border in the plane, nearly straight
-where p is small. The nearest point of a border is where its normal points away from the origin: rays follow normals
-until they do.
+where p is small. At the nearest point of a border its normal points away from the origin: rays are turned along
+normals until they reach it.
 """
 
 from __future__ import annotations
@@ -47,17 +47,17 @@ from vireport.scenario.parameters import Parameter
 Floats = NDArray[np.float64]
 
 ORDERS = tuple(harmonic.order for harmonic in HARMONICS)
-"""Orders of the harmonics that are looked at."""
+"""Orders of the harmonics that are tried."""
 
 LARGEST = LARGEST_HARMONIC / 100
-"""Harmonic, as a share of the force, up to which rays are followed."""
+"""Amplitude of a harmonic, as a share of the force, up to which rays are followed."""
 
 RAYS, BEYOND = 6, 1.25
-"""Rays all round, and the share to which they are followed over the least found before: a straight border nearer than
-that is crossed before 1/cos(30 degrees) = 1.155 of it."""
+"""Number of rays all round, and the length to which they are followed over the least share found before: a straight
+border is crossed by one of them before 1/cos(30 degrees) = 1.155 times its distance."""
 
 SEARCHED = LARGEST / BEYOND
-"""Share up to which no end is overlooked where no ray has come to one."""
+"""Share of the force up to which no end is overlooked where no ray has come to one."""
 
 SAME_WAY = 0.05
 """Angle [rad] between the nearest points of two borders below which they are one border, of which the nearer point
@@ -68,7 +68,7 @@ TURNED = 1e-5
 distance is then wrong by about the square."""
 
 STILL = -0.1
-"""Derivative of that angle by the phase of the ray above which a border is bent so much that secants diverge."""
+"""Derivative of the angle from ray to normal by the phase of the ray, above which secants diverge at a bent border."""
 
 
 class Distortion(Struct, frozen=True):
@@ -78,14 +78,13 @@ class Distortion(Struct, frozen=True):
     ----------
     order : int
     share : float or None
-        Its amplitude over that of the force, at the phase at which least is needed; None where none up to `SEARCHED`
-        ends stable motion.
+        Its amplitude over that of the force, at the worst phase; None where none up to `SEARCHED` ends stable motion.
     phase_deg : float
-        That phase, in F [cos x + share cos(order x + phase)], x = omega t + phi.
+        The worst phase [deg], in F [cos x + share cos(order x + phase)], x = omega t + phi.
     event : Event or None
-        What happens there.
+        The event at which stable motion ends.
     error_bound : float or None
-        Of the share, what the phase leaves open included; None where it was located in doubles only.
+        Bound of the error of the share, with the error of the phase; None where it was located in doubles only.
     searched_to : float
         Share up to which rays all round would have come to an end.
     """
@@ -104,10 +103,10 @@ class Ray(Struct, frozen=True, eq=False):
     Attributes
     ----------
     origin : Groups
-        Of the device.
+        Groups of the device.
     order : int
     cosine, sine : object
-        Of the harmonic, at a share of 1.
+        Coefficients of the harmonic at a share of 1, in a kind of number.
     """
 
     origin: Groups[Any]
@@ -130,7 +129,7 @@ class Ray(Struct, frozen=True, eq=False):
         """Groups of the device with a share of the harmonic."""
         (share,) = varied
         grown = Harmonic(self.order, share * self.cosine, share * self.sine)
-        # It is the last of the harmonics, whether or not the force had something of it.
+        # It is the last of the harmonics, whether or not the force has this order already.
         return self.origin._replace(harmonics=added(self.origin.harmonics, grown))
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
@@ -148,10 +147,10 @@ class _End(Struct, frozen=True, eq=False):
     ----------
     border : _Border
     phase : float
-        Of the ray [rad].
+        Phase of the ray [rad].
     event : Event
     x : ndarray
-        Velocities and times of its impacts, and the share.
+        Velocities [y_c] and times [t_c] of the impacts, and the share.
     symmetric : bool
         Whether the motion there is symmetric.
     turn : float
@@ -181,7 +180,7 @@ def distortions(device: Device, motions: Motions, nearest: Margin | None = None)
     motions : Motions
         At the design point.
     nearest : Margin, optional
-        To an end of stable motion: the harmonic that brings this end to the design point is tried first.
+        Margin to an end of stable motion: the harmonic that brings this end to the design point is tried first.
     """
     flat = mirrored(device)
     followed = [candidate for candidate in stable_ones(device, motions) if not flat or candidate.u >= 0]
@@ -200,9 +199,9 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
     device : Device
         With all inputs.
     stable : sequence of Followed
-        Of the device.
+        Stable motions of the device.
     harmonic : Harmonic
-        What is added to its force.
+        The harmonic that is added to the force.
     """
     share, phase = hypot(harmonic.cosine, harmonic.sine), atan2(-harmonic.sine, harmonic.cosine)
     flat = mirrored(replace(device, harmonics=added(device.harmonics, harmonic)))
@@ -211,12 +210,12 @@ def with_harmonic(device: Device, stable: Sequence[Followed], harmonic: Harmonic
 
 
 class Rubbed(Struct, frozen=True, eq=False):
-    """A device whose ball has friction that changes from what it has, see `motions.Curve`: what varies is the change.
+    """A device whose friction varies, a `Variation` of its groups by the change of friction.
 
     Attributes
     ----------
     origin : Groups
-        Of the device, with its friction.
+        Groups of the device, with its friction.
     sense : float
         1 where friction grows, -1 where it falls.
     """
@@ -230,7 +229,7 @@ class Rubbed(Struct, frozen=True, eq=False):
         return self.origin.horizontal
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups where friction has changed by so much."""
+        """The groups where friction has changed by the only entry of `varied`."""
         return self.origin._replace(friction=self.origin.friction + varied[0] * self.sense)
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
@@ -247,8 +246,9 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
     device : Device
         With all inputs.
     stable : sequence of Followed
-        Of the device.
+        Stable motions of the device.
     friction : float
+        The other coefficient.
     """
     plain, rubbing = (
         case.groups(Parameter.LENGTH, case.length_m).as_floats()
@@ -259,7 +259,7 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
     model = Rubbed(origin, copysign(1.0, change))
 
     def moves_on(motion: Motion) -> bool:
-        """Whether the ball does not stop on its way with the least of friction."""
+        """Whether the ball does not stop in flight with vanishing friction."""
         curve = Curve(motion.word, model, -1.0, 1.0, 1.0)
         return min(curve.margins(curve.vector(replace(motion, coordinate=0.0)))) > 0
 
@@ -268,7 +268,7 @@ def with_friction(device: Device, stable: Sequence[Followed], friction: float) -
 
 
 def _least(order: int, borders: list[_Border], nearest: Margin | None) -> Distortion:
-    """The end that the least distortion brings, of any of the stable motions."""
+    """The end of stable motion that needs the least distortion, over all stable motions."""
     way = _towards(nearest, order)
     best: _End | None = None
     for border in borders:
@@ -297,8 +297,8 @@ class _Border(Struct, frozen=True, eq=False):
     order: int
 
     def nearest(self, towards: float, best: _End | None) -> _End | None:
-        """The nearer one of a known end and those of this border on rays all round, the first at a phase [rad]."""
-        # An even harmonic is the mirror image of its opposite, and the motion that of one whose distance is the same.
+        """The nearest of the ends on this border, along rays all round from a phase [rad], and of the `best` so far."""
+        # An even harmonic and its opposite are mirror images, and so are the motions, whose distances are the same.
         for k in range(RAYS // 2 if mirrored(self.device) and self.order % 2 == 0 else RAYS):
             way = towards + 2 * pi * k / RAYS
             end = self.end(way, min(BEYOND * best.share, LARGEST) if best is not None else LARGEST)
@@ -308,7 +308,7 @@ class _Border(Struct, frozen=True, eq=False):
         return best
 
     def turned(self, end: _End) -> _End:
-        """The nearest point of a border, from one of its points: along the normal, and where that turns by secants."""
+        """The nearest point of a border, from one of its points by secants of the angle from ray to normal."""
         step = end.turn
         while abs(step) > TURNED:
             onward = self.end(end.phase + step, end.share)
@@ -362,12 +362,12 @@ class _Border(Struct, frozen=True, eq=False):
             except (NumericalError, ArithmeticError):
                 return end.share, None
             share = float(solved.x[-1])
-        # Of a straight border its foot is nearer by the factor cos(turn), which is at least 1 - turn^2/2.
+        # The nearest point of a straight border is nearer by the factor cos(turn), which is at least 1 - turn^2/2.
         return share, float(np.spacing(share)) + share * end.turn * end.turn
 
 
 def _is_farther(end: _End, best: _End | None) -> bool:
-    """Whether an end need not be refined: farther than the best one, on the same border or one that is farther."""
+    """Whether an end need not be refined: farther than the best end, on the same border or on one that is farther."""
     if best is None or end.share <= best.share:
         return False
     apart = abs((end.phase + end.turn - best.phase + pi) % (2 * pi) - pi)

@@ -1,6 +1,6 @@
 """How far effects that the model neglects would move the nearest end of stable motion.
 
-Each effect makes another device of a design. Along the input in which the design is nearest to an end of stable motion,
+With each effect a design is another device. Along the input in which the design is nearest to an end of stable motion,
 the stable motions of that device are followed to where they end, as those of the design are.
 """
 
@@ -48,11 +48,11 @@ RETREATS = 0.0, 0.02, 0.05, 0.1, 0.2
 """Shares of the design value by which a device is moved away from the end, until it has stable motion to follow."""
 
 LOCATED = 1e-12
-"""Relative difference of two ends that are located in doubles below which they are the same."""
+"""Relative difference of the values of two ends, located in doubles, below which they are the same."""
 
 
 SECOND = 2
-"""Order of the harmonic."""
+"""Order of the harmonic that is tried."""
 
 SAME_DEVICE = 4
 """Decimals of the groups up to which two phases of a harmonic make one device."""
@@ -69,9 +69,10 @@ class Effect(Struct, frozen=True):
     left_out : LeftOut
     size : float
         Relative change of a restitution, share of a harmonic in the force, exponent of a restitution that falls with
-        speed, coefficient of friction; 0 of what is there or not.
+        speed, or coefficient of friction; 0 for an effect without a size.
     speed_m_s : float or None
-        Of the impact at which such a restitution is as stated; None for the mean of the design's motion.
+        Speed of impact at which a restitution that falls with speed is as stated [m/s]; None for the mean speed of the
+        design's motion.
     """
 
     left_out: LeftOut
@@ -105,21 +106,20 @@ class Shift(Struct, frozen=True):
     ----------
     effect : Effect
     value : float or None
-        Of the input there; None where there is no end, or it was not located.
+        Value of the input at the end; None where there is no end, or it was not located.
     event : Event or None
-        What happens there.
+        The event at the end.
     moved : float or None
-        The value less that without the effect.
+        The value less the one without the effect.
     relative : float or None
-        The same over the latter.
+        `moved` over the value without the effect.
     left : float or None
         The margin that is left, over the design value: negative where the end has passed the design point.
     absence : Unmoved or None
         Why there is no end.
     least : float or None
         The least margin in any input over its design value, 0 without stable motion and infinite without an end; None
-        where only the nearest end was followed, or it was not located. Where a ball with friction stops counts as an
-        end.
+        where only the nearest end was followed, or it was not located. A stop of a ball with friction counts as an end.
     """
 
     effect: Effect
@@ -135,7 +135,7 @@ class Shift(Struct, frozen=True):
 
     @property
     def room(self) -> float:
-        """The margin that is left; infinite where there is no end, and minus that where there is no stable motion."""
+        """The margin that is left; infinite where there is no end, minus infinity where there is no stable motion."""
         endless = inf if self.absence in (Unmoved.ENDLESS, Unmoved.NOT_FOLLOWED) else -inf
         return endless if self.left is None else self.left
 
@@ -177,7 +177,7 @@ class Shifts(Struct, frozen=True, eq=False):
 
 
 def _of_restitution(varied: DesignInput) -> Callable[[Device, float, Margin], Sequence[Device]]:
-    """The change of a device by another restitution at one membrane, see `CHANGES`."""
+    """The function that changes a device's restitution at one membrane, see `CHANGES`."""
 
     def changed(device: Device, size: float, _: Margin) -> Sequence[Device]:
         """The device with that restitution, relatively changed by a size."""
@@ -209,7 +209,7 @@ def _of_harmonic(device: Device, size: float, end: Margin) -> Sequence[Device]:
 
 
 def _of_friction(device: Device, size: float, _: Margin) -> Sequence[Device]:
-    """The device with more friction; none of a ball that does not bounce, and upright there is no friction."""
+    """The device with more friction; none if a restitution is zero, or if the capsule is upright, without friction."""
     rubbed = replace(device, friction=device.friction + size)
     return [rubbed] if rubbed.rubs and min(stated(device.restitution)) > 0 else ()
 
@@ -221,8 +221,8 @@ CHANGES: Mapping[LeftOut, Callable[[Device, float, Margin], Sequence[Device]]] =
     LeftOut.SECOND_HARMONIC: _of_harmonic,
     LeftOut.FRICTION: _of_friction,
 }
-"""The devices that an effect of a size makes of a device with a nearest end, of which the worst counts; none where it
-does not apply."""
+"""Functions from a device, the size of an effect and the nearest end to the devices with that effect, of which the
+worst counts; none where it does not apply."""
 
 USUAL = (
     Effect(LeftOut.RESTITUTION_BOTTOM, -UNSURE),
@@ -247,9 +247,9 @@ def shifts(
     design : DesignPoint
         Of that device.
     effects : sequence of Effect
-        Those that change the device.
+        The effects to follow.
     in_any_input : bool
-        Whether the least margin in any input is sought for each, too.
+        Whether the least margin in any input is searched for with each effect, too.
 
     Raises
     ------
@@ -262,7 +262,7 @@ def shifts(
     rows, origin = [], _Origin(device, stable_ones(device, design.motions))
     for effect in effects:
         changed = _changed(device, design, effect, end)
-        # A capsule that is level does not feel the ball, however it moves: what has the same groups has the same end.
+        # In a level capsule its recoil changes no group: devices with the same groups have the same end.
         listed = [
             _followed(other, origin, end, effect)
             if _groups(other) != _groups(device)
@@ -272,7 +272,7 @@ def shifts(
         if listed:
             shift = min(listed, key=lambda shift: shift.room)
             least = _least_with(origin, design, effect) if in_any_input else None
-            # Up to where the ball stops motion is stable for certain; where it stops at the design point nothing is.
+            # Up to a stop of the ball stable motion is certain; with a stop at the design point nothing is certain.
             rows.append(replace(shift, least=least if shift.computed or least else None))
     return Shifts(end, tuple(rows))
 
@@ -285,7 +285,7 @@ class _Origin(Struct, frozen=True, eq=False):
 
 
 def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -> Sequence[Device]:
-    """Devices with an effect on one, of which the worst counts, see `CHANGES`."""
+    """The device with an effect, or several devices of which the worst counts, see `CHANGES`."""
     if effect.left_out is LeftOut.RESTITUTION_SPEED:
         other = falling(device, design.motions, effect.size, effect.speed_m_s)
         return () if other is None else [other]
@@ -293,7 +293,7 @@ def _changed(device: Device, design: DesignPoint, effect: Effect, end: Margin) -
 
 
 def _least_with(origin: _Origin, design: DesignPoint, effect: Effect) -> float:
-    """The least margin in any input with an effect; of a harmonic, at the phases that are worst for each end."""
+    """The least margin in any input with an effect; for a harmonic, at the phases that are worst for each end."""
     changed = (other for end in design.limits() for other in _changed(origin.device, design, effect, end))
     differing = {tuple(np.round(_groups(other).numbers, SAME_DEVICE)): other for other in changed}
     return min(_least_margin(other, origin) for other in differing.values())
@@ -333,9 +333,9 @@ def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> S
     Parameters
     ----------
     device : Device
-        With the effect.
+        The device with the effect.
     origin : _Origin
-        Without it.
+        The device without it.
     end : Margin
         The nearest end of the design.
     effect : Effect
@@ -353,7 +353,7 @@ def _followed(device: Device, origin: _Origin, end: Margin, effect: Effect) -> S
         if (same := next((other for other in ends or () if other.becomes_of(end)), None)) is not None:
             return shift_to(effect, end, same.value, same.event, design_value)
         if ends and ends[0].event is Event.STOP:
-            # It may go on beyond, as it does without friction: where it ends then nothing says.
+            # The motion may go on beyond the stop, as it does without friction: where it then ends is unknown.
             return Shift(effect, absence=Unmoved.STOPS)
     # The motion that ended there is gone, or ends otherwise: gravity and one membrane alone make a fold of a pitchfork.
     if followed is None:
@@ -372,10 +372,10 @@ class _End(Struct, frozen=True):
     Attributes
     ----------
     value : float
-        Of the input.
+        Value of the input.
     event : Event
     speed : float
-        Of the faster impact.
+        Speed of the faster impact [y_c].
     """
 
     value: float

@@ -22,8 +22,8 @@ from vireport.physics.numbers import FLOATS, UNIT
 from vireport.scenario.parameters import DesignInput, Parameter
 
 FARTHEST = log(10)
-"""Position along lines of lengths and forces up to which motions are followed: one that strikes the bottom alone is
-there at any greater length."""
+"""Position along lines of lengths, frequencies, forces and masses up to which motions are followed: a motion that
+strikes the bottom alone exists at any greater length."""
 
 
 class FollowedMotion(Struct, frozen=True, eq=False):
@@ -34,16 +34,16 @@ class FollowedMotion(Struct, frozen=True, eq=False):
     motion : Motion
         Solved by its equations.
     trace : float
-        Of the product of its Jacobians.
+        Trace of its return map's Jacobian.
     decay : float
-        Root of their determinant.
+        Root of the determinant of that Jacobian.
     varied : DesignInput
     velocity_error, time_error : ndarray (N,)
         Error bounds of the velocities [y_c] and times [t_c] of its impacts; inf where there is none.
     low, high : float
-        Values of the input between which it is there and stable, in its unit.
+        Values of the input between which the motion exists and is stable, in the unit of the input.
     below, above : Event
-        What ends it there; `SWEEP_END` where it is followed no farther, `LOST` where rounding does not resolve it.
+        Events at these ends; `SWEEP_END` where it is followed no farther, `LOST` where rounding does not resolve it.
     """
 
     motion: Motion
@@ -81,12 +81,12 @@ class FollowedMotion(Struct, frozen=True, eq=False):
 
     @property
     def growth(self) -> float:
-        """Modulus of the larger multiplier: what is left of a small disturbance after a period of the motion."""
+        """Modulus of the larger multiplier: share of a small disturbance that is left after a period of the motion."""
         return abs(self.multipliers[0])
 
     @property
     def multipliers(self) -> tuple[complex, complex]:
-        """Eigenvalues of the product of its Jacobians, the larger first."""
+        """Eigenvalues of the return map's Jacobian, the one of larger modulus first."""
         larger, smaller = multipliers(self.trace, self.decay**2).tolist()
         return larger, smaller
 
@@ -105,8 +105,8 @@ def followed_motion(device: Device, motion: Motion, varied: DesignInput) -> Foll
     Returns
     -------
     FollowedMotion or None
-        None where the equations have no such motion, or it is not stable; and of a ball that does not bounce, whose
-        impacts forget the velocity before: its motions are isolated, and no curve leads from one to the next.
+        None where the equations have no such motion, or it is not stable; and where the restitution is zero, so that
+        impacts forget the velocity before: motions are then isolated, and no curve leads from one to the next.
     """
     if device.restitution == 0:
         return None
@@ -142,10 +142,10 @@ class MotionEnd(Struct, frozen=True):
     ----------
     varied : DesignInput
     value : float
-        Of the input, in its unit.
+        Value of the input, in its unit.
     event : Event
     relative : float or None
-        How far that is from the design value, over it; None where it is zero.
+        Distance from the design value, over it; None where the design value is zero.
     """
 
     varied: DesignInput
@@ -162,8 +162,8 @@ class MotionEnd(Struct, frozen=True):
 def followed_on_bottom(device: Device, motion: Motion) -> tuple[FollowedMotion, ...]:
     """Follow a stable motion on the bottom along every input that it depends on; () where `followed_motion` has none.
 
-    On a table neither the length nor the restitution at the top is one. The frequency is: the ball comes to the top
-    where that is low.
+    On a table it does not depend on the length nor on the restitution at the top. It does on the frequency: the ball
+    comes to the top where the frequency is low.
     """
     of_top = (DesignInput.LENGTH, DesignInput.RESTITUTION_TOP)
     of_bottom = DesignInput.RESTITUTION_BOTTOM if device.alike else DesignInput.RESTITUTION

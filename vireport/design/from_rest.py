@@ -1,9 +1,9 @@
-"""What the device does when it is switched on: the ball lies on the bottom membrane, and the force sets in.
+"""The motion of a device that is switched on: the ball lies on the bottom membrane, and the force sets in.
 
 For gbar < 1 a ball that is pressed onto the bottom membrane when the force sets in leaves it at the first zero of the
-pressing acceleration, with velocity 0 and at phase arccos(-gbar), whenever that was. So one trajectory is the answer
-for all these moments, and if the ball ever lies on the bottom again, the motion repeats itself from there exactly: a
-rest cycle. Where it leaves at once, the answer depends on the phase at which the force sets in.
+pressing acceleration, with velocity 0 and at phase arccos(-gbar), whenever the force set in. So one trajectory is the
+answer for all these moments, and if the ball ever lies on the bottom again, the motion repeats exactly from there: a
+rest cycle. A ball that is not pressed leaves at once, at a phase that depends on when the force sets in.
 
 None of this is in the paper. It rests on the flight and the impact law alone, Eqs. (2.8)-(2.12).
 """
@@ -45,56 +45,56 @@ State = tuple[float, float, float, float]
 """Wall (0 in flight), position [x_c], velocity before the impact, or in flight [y_c], and phase [rad]."""
 
 BLOCK = 64
-"""Impacts simulated before it is looked whether the motion is settled."""
+"""Number of impacts simulated before it is tested whether the motion is settled."""
 
 TRANSIENT = 1024
-"""Impacts in which a ball reaches a stable 1:1 motion or rest, as a rule; then other motions are looked for."""
+"""Number of impacts in which a ball usually reaches a stable 1:1 motion or rest; then other motions are looked for."""
 
 SHORT_TRANSIENT = 256
-"""Impacts after which other motions are looked for where no 1:1 motion is stable."""
+"""Number of impacts after which other motions are looked for where no 1:1 motion is stable."""
 
 BUDGET = 1024
-"""Impacts for those: some 10 ms without the compiler, which would take longer to start. Of 312 random devices called
+"""Number of impacts in the search for other motions: some 10 ms not compiled. Of 312 random devices called
 chaotic 57 settle within 300,000 impacts after all; with a budget of 600 it would be 24 %, with 1500 still 15 %."""
 
 SETTLED = 0.01
-"""A motion is settled where its phase [rad] and its velocity, over that of the motion it goes to, differ by less."""
+"""Difference from the final motion, in phase [rad] and relative in velocity, below which a motion is settled."""
 
 CONTRACTING = 0.01
 """Distance from a stable motion in phase [rad] and velocity [y_c] up to which its linearised map decides, over 1 less
-the modulus of its multiplier: next to a fold the basin is as wide as that difference times some number. Next to a
-period doubling it is as wide as its root, see `CONTRACTING_FLIP`."""
+the modulus of its multiplier: next to a fold the width of the basin goes with that difference, next to a period
+doubling with its root, see `CONTRACTING_FLIP`."""
 
 CONTRACTING_FLIP = 0.02
-"""Distance from a stable motion up to which its linearised map decides, over that root, where the multiplier is
-negative: disturbances change sides, and terms of second order with them."""
+"""The same distance over the root of that difference, where the multiplier is negative: disturbances change sides, and
+terms of second order cancel over two periods."""
 
 OF_GAP = 0.1
-"""That distance over the one of the motion's turning points from a membrane: beyond it another impact may come in
-between."""
+"""Largest distance from a stable motion up to which its linearised map decides, over the gap of its turning points:
+beyond it another impact may come in between."""
 
 REPEATED = 1e-9
 """Distance from a motion of another word, in phase [rad] and velocity [y_c], up to which impacts repeat it."""
 
 PASSES = 3
-"""Impacts on the bottom membrane, in a row, that must be so near."""
+"""Number of impacts on the bottom membrane, in a row, that must be near to a stable 1:1 motion."""
 
 SLOW_FLIP = 0.02
 """Distance from a stable 1:1 motion in phase [rad] and velocity [y_c] up to which a motion that strikes alike, in twice
 its period or more, is the same on its way: next to a period doubling disturbances die out too slowly to tell."""
 
 COMPILED = 4
-"""Times as many impacts where the simulation is compiled."""
+"""Factor on all numbers of impacts where the simulation is compiled."""
 
 LEAST_EXPONENT = 0.02
 """Lyapunov exponent per period above which a motion is chaotic; next to critical points it is hardly above 0."""
 
 LOST = 1e-3
-"""What rounding may have become on the way [rad, y_c], up to which the outcome is that of the true motion. Beyond it
-the way is gone again, a few roundings off, and must end alike."""
+"""Error that rounding has grown to [rad, y_c], up to which the outcome is certain. Beyond it the ball is followed again
+from starts a few roundings off, which must end alike."""
 
 LONGEST_PRINTED = 16
-"""Letters of a word that are shown of a motion with rest."""
+"""Largest number of letters of a word that are shown for a motion with rest."""
 
 
 class Destination(StrEnum):
@@ -109,10 +109,10 @@ class Destination(StrEnum):
 
 
 class Target(NamedTuple):
-    """A stable 1:1 motion by its impact on the bottom membrane, and how near it the linearised map decides.
+    """A stable 1:1 motion by its impact on the bottom membrane, and the radius within which its linearised map decides.
 
-    Phase [rad], velocity [y_c], and a distance in either. A `Core` of `findings.outcomes` is wider and is found by
-    simulation, which takes longer than to follow one ball.
+    Phase [rad], velocity [y_c], and a distance in either. A `Core` of `findings.outcomes` is wider, but its simulation
+    takes longer than to follow one ball.
     """
 
     phase: float
@@ -120,12 +120,12 @@ class Target(NamedTuple):
     radius: float
 
     def distance(self, bottom: Floats) -> float:
-        """Largest distance of impacts on the bottom membrane, rows of the simulation, from that of the motion."""
+        """Largest distance of impacts on the bottom membrane, rows of the simulation, from the motion's impact."""
         return float(separation(bottom[:, PHASE] - self.phase, bottom[:, VELOCITY] - self.velocity).max())
 
     @staticmethod
     def of(motions: Motions) -> tuple[Target, ...]:
-        """The stable ones of some motions."""
+        """The targets of the stable ones among some motions."""
         stable = motions.select(motions.stable_mask)
         return targets_of(stable.phi_bottom, stable.velocity_bottom, stable.trace, stable.wall_gap, stable.decay)
 
@@ -152,7 +152,7 @@ class FromRest(Struct, frozen=True):
         Forcing periods of one period of the motion; 0 where there is no word.
     settles_after : int or None
         Forcing periods from when the ball first leaves the membrane until its impacts stay within 1 % of the motion; 0
-        of a rest cycle that begins there; None where it never settles, or it is not known when.
+        for a rest cycle that begins there; None where it never settles, or it is not known when.
     cycle : SimulatedMotion or None
         One period, where it was simulated.
     creeping : bool
@@ -199,12 +199,12 @@ class FromRest(Struct, frozen=True):
 
     @property
     def kind(self) -> tuple[Destination, str, int]:
-        """What distinguishes outcomes; for rest cycles without the number of hops before the rest."""
+        """Destination, word and periods, which distinguish outcomes; no word for rest cycles, whose hops may differ."""
         return self.destination, "" if self.destination is Destination.REST_CYCLE else self.word, self.periods
 
     @property
     def name(self) -> str:
-        """The motion in words: its word and period, or what it is where it has none."""
+        """The outcome in words: word and period of the motion, or a description where it has none."""
         if self.creeping:
             return CREEPS
         if not self.word:
@@ -221,10 +221,10 @@ NAMES = {
     Destination.AT_REST: Outcome.REST.value,
     Destination.UNDECIDED: "a motion that rounding hides",
 }
-"""Destinations without a word, for the reader."""
+"""Names of destinations whose motion has no word, for the reader."""
 
 CREEPS = "a ball that creeps under friction, and stops too often on its way to be followed"
-"""The name of what is not decided for that reason."""
+"""Name of an outcome that is not decided as the ball creeps under friction."""
 
 
 class StartingDevice(NamedTuple):
@@ -233,9 +233,9 @@ class StartingDevice(NamedTuple):
     Attributes
     ----------
     groups : Groups
-        As numbers.
+        Its groups as Python's numbers.
     targets : sequence of Target
-        The stable 1:1 motions, none where there is none.
+        The stable 1:1 motions; empty where there is none.
     ratio : int
         Forcing periods of a 1:1 motion.
     """
@@ -246,9 +246,9 @@ class StartingDevice(NamedTuple):
 
 
 def from_rest(device: StartingDevice, compiled: bool = False) -> FromRest:
-    """What a ball comes to that is pressed onto the bottom membrane when the force sets in.
+    """The motion or state that a ball comes to if it is pressed onto the bottom membrane when the force sets in.
 
-    Where a force with harmonics presses it several times a period, the worst of all: a way that leads to no 1:1 motion.
+    Where a force with harmonics presses it several times a period, the worst outcome: one that is no 1:1 motion.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def from_rest(device: StartingDevice, compiled: bool = False) -> FromRest:
 
 
 def pressed_outcomes(device: StartingDevice, compiled: bool) -> list[tuple[float, FromRest]]:
-    """What it comes to from each release, with the share of moments before it: first what leads to no 1:1 motion."""
+    """The outcome of each release after the share of moments that lead to it; outcomes that are no 1:1 motion first."""
     ends = [
         (share, started((float(BOTTOM), 0.0, 0.0, phase), device, compiled, released=True))
         for phase, share, _ in presses(device.groups)
@@ -282,10 +282,10 @@ def started(
     compiled : bool
         Whether to compile the simulation, where numba is there.
     again : bool
-        Whether to go the way once more, a few roundings off, where rounding grows too much on it.
+        Whether to follow the ball once more, from a few roundings off, where rounding grows too much.
     released : bool
-        Whether it starts as the bottom membrane releases it: a ball that lies there again has then come back. One that
-        is not pressed down when the force sets in leaves at another phase.
+        Whether the ball starts as the bottom membrane releases it: if it lies there again, it has then come back. A
+        ball that is not pressed down when the force sets in leaves at another phase.
     """
     targets, ratio = device.targets, device.ratio
     most = (TRANSIENT if targets else SHORT_TRANSIENT) * (COMPILED if compiled else 1)
@@ -320,7 +320,7 @@ def _lost(model: Floats, rows: Floats, compiled: bool) -> bool:
 
 
 def _held(rows: Floats) -> Floats:
-    """Time on the membrane after each impact, ever lower hops and rest [t_c]."""
+    """Time on the membrane after each impact, in ever lower hops and at rest [t_c]."""
     held: Floats = rows[:, SETTLING] + rows[:, RIDING]
     return held
 
@@ -370,7 +370,7 @@ def _settled(near: NDArray[np.bool_], rows: Floats) -> tuple[int | None, Floats]
 
 
 def _elsewhere(device: StartingDevice, ball: Trajectory) -> tuple[FromRest, Floats]:
-    """The motion that is neither the 1:1 motion known nor a rest cycle, and the impacts until it was settled."""
+    """The end of a ball that reaches neither a target nor a rest cycle, and the impacts until it was settled."""
     budget = BUDGET * (COMPILED if ball.compiled else 1)
     end = find_attractor(device.groups, start_of(np.array(ball.last)), budget, ball.compiled)
     if end.cycle is None:
@@ -380,7 +380,7 @@ def _elsewhere(device: StartingDevice, ball: Trajectory) -> tuple[FromRest, Floa
 
 
 def _approached(ball: Trajectory, before: SimulatedMotion | None) -> SimulatedMotion | None:
-    """The attracting cycle that the last impacts of a ball nearly repeat, or that of the block before if still near it.
+    """The attracting cycle that the last impacts of a ball nearly repeat; the one of the block before if still near it.
 
     A cycle takes longer to compute than a block of impacts, and a slow approach to one takes many blocks.
     """
@@ -392,7 +392,7 @@ def _approached(ball: Trajectory, before: SimulatedMotion | None) -> SimulatedMo
 def _recurred(ball: Trajectory, cycle: SimulatedMotion | None, ratio: int) -> tuple[FromRest, Floats] | None:
     """An approached cycle that the last impact repeats as far as rounding tells, and the impacts until then; or None.
 
-    Where no 1:1 motion is stable: next to one that is, a slow approach looks like motions of twice its period.
+    Only where no 1:1 motion is stable: a slow approach to a stable one looks like a motion of twice its period.
     """
     if cycle is None or cycle.distance(ball.rows[-1]) > REPEATED:
         return None
@@ -417,7 +417,7 @@ def _flips_slowly(cycle: SimulatedMotion, targets: Sequence[Target], ratio: int)
 
 
 def _near(cycle: SimulatedMotion, rows: Floats) -> NDArray[np.bool_]:
-    """Which impacts are one of a cycle, up to what counts as settled."""
+    """Whether each impact is one of a cycle's, to within `SETTLED`."""
     scale = SETTLED * max(float(np.abs(cycle.velocity).max()), SETTLED)
     near = cycle.wall == rows[:, WALL, None]
     near &= np.abs(wrapped(cycle.phase - rows[:, PHASE, None])) < SETTLED

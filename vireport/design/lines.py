@@ -1,8 +1,8 @@
 """The lines in (d, gbar, r_b, r_t) on which inputs move a device, and where the motions that are followed there end.
 
 Length and frequency move a device along a line of constant gbar, the force along a ray from the origin, and so does the
-mass of a capsule that does not feel the ball; inclination and restitution along gbar and r: that of both membranes
-together, or of one alone.
+mass of a capsule that does not recoil. The inclination moves it along gbar, restitutions along r of both membranes
+together or of one alone.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ LOSES_STABILITY = frozenset({Event.PERIOD_DOUBLING, Event.FOLD, Event.PITCHFORK}
 """Events at which a motion goes on, but not as a stable one."""
 
 HANDOVERS = 4
-"""Pitchforks at which one motion takes over from another; no device has shown more than two."""
+"""Largest number of pitchforks at which one motion takes over from another; no device has shown more than two."""
 
 
 class Line(Enum):
     """Lines through a design point in (d, gbar, r_b, r_t), by the inputs that move a device along them.
 
-    The position on it is 0 at the design point. Along the first four it is the logarithm of the factor of d, along the
-    others the change of gbar and of r: of both restitutions alike, or of one. The frequency has a separate line where
-    restitutions fall with speed, of which it moves the unit as well.
+    The position is 0 at the design point. Along the first four lines it is the logarithm of the factor of d, along the
+    others the change of gbar, or of r at both membranes or one. The frequency has a line to itself where restitutions
+    fall with speed, as it also changes the unit of that speed.
     """
 
     LENGTHS = DesignInput.LENGTH, DesignInput.FREQUENCY
@@ -79,13 +79,13 @@ class LineModel(Struct, frozen=True, eq=False):
     ----------
     line : Line
     origin : Groups
-        Those of the design point.
+        Groups at the design point.
     ops
         Functions of the kind of number.
     capsule_share
         M over the mass that gravity acts on, `Device.supported_kg`.
     rubbed : tuple
-        The coefficient of friction, and gbar upright.
+        The coefficient of friction, and gbar of the upright device.
     """
 
     line: Line
@@ -125,7 +125,7 @@ class LineModel(Struct, frozen=True, eq=False):
         return Groups(d, gbar, r, harmonics, self._friction(position))
 
     def _friction(self, position: Any) -> Any:
-        """Friction at a position: proportional to gbar on the lines of force and mass, a cosine of the inclination."""
+        """Friction at a position; it changes on the lines of force, mass and inclination."""
         friction = self.origin.friction
         if friction is None:
             return None
@@ -148,15 +148,15 @@ class LineModel(Struct, frozen=True, eq=False):
             case Line.MASSES:
                 return self.capsule_share * self.origin.friction * self.ops.exp(position)
             case Line.GRAVITY:
-                # Upright friction is none, and falls there with an infinite slope: which Newton's steps are spared.
+                # Upright, friction vanishes with an infinite slope, which Newton's steps are spared.
                 return -(self.rubbed[0] ** 2) * (self.origin.gbar + position) / friction if friction else 0.0
         return 0.0
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
-        """The derivatives of `Groups.numbers` by the position, shape (4, 1), and zeros below for harmonics.
+        """Derivatives of `Groups.numbers` by the position, shape (4, 1), with further rows as below.
 
-        Of a law of restitution two more are zero and that of its speed; of friction the last is that of friction
-        itself.
+        Harmonics add zeros, a law of restitution zero for its exponent and the derivative of its speed; the last row is
+        of friction, if there is any.
         """
         d, gbar, r, harmonics, friction = self.at(varied)
         slopes = [0.0] * (4 + 2 * len(harmonics))
@@ -184,7 +184,7 @@ class LineModel(Struct, frozen=True, eq=False):
 
 
 def _counted(r: Restitution | SpeedLaw, grown: Arithmetic) -> Any:
-    """A restitution in a unit of velocity, F/(2 M f), that is so many times smaller: a law states its speed in it."""
+    """A restitution in a unit of velocity that is `grown` times smaller: a law states its speed in that unit."""
     return replace(r, speed=r.speed * grown) if isinstance(r, SpeedLaw) else r
 
 
@@ -196,7 +196,7 @@ def line_of(varied: DesignInput, device: Device) -> Line:
 
 
 def model_on_line(line: Line, device: Device, ops: DoubleOps | DecimalOps) -> LineModel:
-    """The line on which an input moves a device with all inputs, in a kind of number."""
+    """The groups along a line through a device with all inputs, in a kind of number."""
     groups = device.groups(Parameter.LENGTH, device.length_m, ops)
     share = ops.exact(device.capsule_mass_kg) / ops.exact(device.supported_kg)
     rubbed: tuple[Any, Any] = 0, 0
@@ -233,7 +233,7 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
         value, bottom, top = device.value_of(varied), *stated(device.restitution)
         high = max(HIGHEST_RESTITUTION, (1 + value) / 2)
         if varied is DesignInput.RESTITUTION and not device.alike:
-            # Both move alike, until the one is at its end.
+            # Both restitutions move alike, until one is at its limit.
             high = max(HIGHEST_RESTITUTION, (1 + max(bottom, top)) / 2) - abs(bottom - top) / 2
             low += abs(bottom - top) / 2
     return low, high
@@ -242,7 +242,7 @@ def reach(device: Device, varied: DesignInput) -> tuple[float, float]:
 def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, float]:
     """Least and largest position on a line up to which motions are followed.
 
-    They are where the length is lost in rounding, 0 and 90 degrees of inclination, and the limits of r.
+    Motions are followed until rounding hides the length, to 0 and 90 degrees of inclination, and to the limits of r.
     """
     if line is Line.GRAVITY:
         upright = device.supported_kg * device.gravity_m_s2 / device.amplitude_n
@@ -257,11 +257,11 @@ def extent(line: Line, device: Device, d: float, gbar: float) -> tuple[float, fl
 
 
 class LineCurve(Curve, frozen=True, eq=False, dict=True):
-    """The motions of one word along a line, whose points only the search for their ends uses.
+    """The motions of one word along a line, as a curve whose points are needed only to find their ends.
 
-    Steps may be four times as long as those of a family, whose points are drawn, and bend three times as much: a third
-    of the work. How much the trace may change in one, and what a velocity or gap may hide, bounds them as it does
-    there. On the way motions are right to the square of `settled`, or so.
+    Steps may be four times as long as for a family, whose points are drawn, and bend three times as much: a third of
+    the work. The same changes of trace, velocities and gaps limit them. The points have errors of about the square of
+    `settled`.
     """
 
     first, longest, sharpest = 0.05, 0.2, 0.3
@@ -275,11 +275,11 @@ class Ending(Struct, frozen=True, eq=False):
     ----------
     line : Line
     inputs : tuple of DesignInput
-        That move the device along the line.
+        The inputs that move the device along the line.
     event : Event
         `SWEEP_END` where the line ends first, `LOST` where rounding does not resolve the motion any farther.
     x : ndarray
-        Velocities and times of its impacts, and the position.
+        Velocities [y_c] and times [t_c] of the impacts, and the position.
     symmetric : bool
         Whether the motion there is symmetric.
     taken_over : bool
@@ -295,13 +295,13 @@ class Ending(Struct, frozen=True, eq=False):
 
 
 def mirrored(device: Device) -> bool:
-    """Whether the motions have mirror images."""
+    """Whether the motions of a device have mirror images."""
     level = device.inclination_deg == 0 and device.period_ratio % 2 == 1
     return bool(level and device.alike and all(harmonic.order % 2 for harmonic in device.harmonics))
 
 
 class Followed(NamedTuple):
-    """A stable motion to be followed along a line, with its asymmetry u = q - 1/2, zero of a symmetric one."""
+    """A stable motion to be followed along a line, with its asymmetry u = q - 1/2, zero for a symmetric motion."""
 
     motion: Motion
     u: float
@@ -329,7 +329,7 @@ def endings(
         Motions of the device.
     lines : sequence of Line
     signs : sequence of float
-        Directions of the position on them.
+        Directions in which the position changes, 1 or -1.
     """
     d, gbar, *_ = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     for motion, u in followed:
@@ -348,7 +348,7 @@ def endings(
 
 
 def _inputs_by_line(lines: Sequence[Line], device: Device, gbar: float) -> dict[Line, tuple[DesignInput, ...]]:
-    """Lines that differ from one another for a device, with the inputs that move it along each."""
+    """The lines that are different for a device, with the inputs that move it along each."""
     inputs: dict[Line, tuple[DesignInput, ...]] = {line: line.value for line in lines}
 
     falls = device.law is not None
@@ -380,7 +380,7 @@ def continued(
     model : Variation
         How the groups depend on what grows.
     extent : tuple of float
-        Some room below 0, in which a curve may begin, and the end.
+        A position below 0, as room for a curve to begin, and the position at the end.
     stable : sequence of Followed
         The motions where it is 0.
     ratio : int
@@ -391,7 +391,7 @@ def continued(
     Returns
     -------
     list of Followed
-        Those that reach the end, there.
+        The motions that reach the end, as they are there.
     """
     left, (low, high) = [], extent
     for motion, u in stable:
@@ -411,10 +411,10 @@ def ends_on_curve(
     Parameters
     ----------
     curve : Curve
-        What varies is 0 at the design point.
+        Its coordinate is 0 at the design point.
     motion : Motion
     sign : float
-        Of what varies.
+        Direction of the coordinate, 1 or -1.
     symmetric : bool
         Whether the motion is symmetric all along.
 
@@ -447,7 +447,7 @@ def ends_on_curve(
 
 
 def _taking_over(curve: Curve, x: Floats, sign: float) -> PathPoint | None:
-    """A point on the branch that is stable beyond a pitchfork, next to it; None where no branch is."""
+    """A point next to a pitchfork, on the branch that is stable beyond it; None where no branch is."""
     limits = Limits(len(curve.word), curve.word.periods)
     for _, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, limits):
         # One of two mirror images begins to either side, and of the symmetric motions those that grow and those that

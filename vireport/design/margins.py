@@ -42,7 +42,7 @@ LARGEST_SHARE = 1e100
 
 
 OPEN = 8e-7
-"""Part of a position, and of one more than it, that is left open where an end is located but does not settle."""
+"""Error of a position, over 1 + |position|, where an end is located but does not settle in decimals."""
 
 INPUTS = tuple(DesignInput)
 
@@ -57,7 +57,7 @@ class Margin(Struct, frozen=True, eq=False):
         Its label is that of the scenario's sweep, "" where it does not lie on it; without a sweep it is only unique
         within one input. It lies on families only if it is one of the sweep's critical points.
     distance : float
-        The input's value there less the design value.
+        The input's value at the critical point less the design value.
     relative : float or None
         The distance over the design value; None where that is zero, or next to it.
     ends_stability : bool
@@ -65,11 +65,11 @@ class Margin(Struct, frozen=True, eq=False):
     taken_over : bool
         Whether a stable motion of the design point ends here, and another takes over its stability.
     error_bound : float
-        Of the value, and with the rounding of the difference of `distance`.
+        Bound of the error of the value, with the rounding of `distance`.
     derivatives : dict
-        Of the value with respect to each other input, in their units; None where it has none: by the inclination at a
-        pitchfork, where the border has a cusp, and at the ends of two mirror images or in two mirrored flights, which
-        inclination parts.
+        Derivatives of the value by each other input, in their units. None where there is none: by the inclination at a
+        pitchfork, where the border has a cusp, and at ends of two mirror images or in two mirrored flights, which
+        inclination parts. `by_harmonics` has those by cosine and sine of a harmonic, by its order.
     """
 
     parameter: DesignInput
@@ -123,8 +123,8 @@ class Margins(Struct, frozen=True, eq=False):
     Attributes
     ----------
     margins : tuple of Margin
-        To where they end and to where another takes over, nearest first; of the ends of two mirror images one, where
-        they end together.
+        Margins to where motions end and to where another takes over, nearest first; one for two mirror images that end
+        together.
     unresolved : tuple of DesignInput
         Inputs along which rounding does not resolve a motion up to its end.
     """
@@ -171,9 +171,9 @@ def margins_of(
     motions : Motions
         At the design point.
     lines : sequence of Line
-        Along which they are followed.
+        Lines along which they are followed.
     signs : tuple of float
-        Directions of the position on them.
+        Directions of the position on the lines, 1 or -1.
     """
     margins: list[Margin] = []
     unresolved: list[DesignInput] = []
@@ -243,7 +243,7 @@ def solved_end(
     Parameters
     ----------
     grouped : callable
-        What varies along the line, as for `motions.solve_one_to_one`; within `in_decimals`.
+        Groups along the line, as for `motions.solve_one_to_one`; within `in_decimals`.
     n : int
         Forcing periods per motion.
     event : Event
@@ -257,7 +257,7 @@ def solved_end(
     solved : Solved
         The motion at its end, with touches of a membrane as impacts.
     rests, touches : tuple of int
-        Its impacts without velocity, and those of them that are touches.
+        Its impacts without velocity, and the touches among them.
 
     Raises
     ------
@@ -294,7 +294,7 @@ HARMONICS = tuple(Harmonic(order, 0.0, 0.0) for order in (2, 3))
 
 
 def differentiated(harmonics: Sequence[Harmonic], more: Sequence[Harmonic] = HARMONICS) -> tuple[Harmonic, ...]:
-    """The harmonics of a force, and those of others that it has nothing of."""
+    """The harmonics of a force, and those of `more` whose order it does not have."""
     return *harmonics, *(harmonic for harmonic in more if harmonic.order not in {other.order for other in harmonics})
 
 
@@ -322,23 +322,23 @@ def normal_of(
 ) -> Floats:
     """Normal, in `Groups.numbers`, of the surface on which motions end in this way; NaN where it has none.
 
-    Among the numbers are those of the harmonics `more`, also where the force has nothing of them.
+    The numbers include those of the harmonics `more`, even where the force does not have them.
 
     The conditions R(y; d, gbar, r_b, r_t, ...) = 0 of such a motion, y its velocities and times, are one more than the
-    unknowns. The vector w that w R_y = 0 gives w R_(d, gbar, ...), which is orthogonal to every change that leaves
-    the conditions fulfilled: the implicit function theorem.
+    unknowns. By the implicit function theorem a vector w with w R_y = 0 gives the normal w R_(d, gbar, ...): it is
+    orthogonal to every change that leaves the conditions fulfilled.
 
     Parameters
     ----------
     motion : Motion
         At its end, with its touches as impacts.
     groups : Groups
-        There.
+        Groups at that end.
     event : Event
     rests : tuple of int
-        Its impacts without velocity, touches included.
+        Impacts without velocity, touches included.
     more : sequence of Harmonic
-        Of orders by which it is differentiated, too.
+        Further harmonics by which conditions are differentiated.
     """
     groups = groups._replace(harmonics=differentiated(groups.harmonics, more))
     if event is Event.PITCHFORK:
@@ -360,7 +360,7 @@ def normal_of(
     # magnitude, and the smallest singular value would be that of the units.
     scale = np.max(np.abs(gradients), axis=1, keepdims=True)
     rows = gradients / np.where(scale == 0, 1.0, scale)
-    # One more condition than unknowns: the last left singular vector is the w of above.
+    # One more condition than unknowns: the last left singular vector is w.
     weight = np.linalg.svd(rows[:, :unknowns])[0][:, -1]
     return np.asarray(weight @ rows[:, unknowns:])
 
@@ -373,13 +373,13 @@ def _pitchfork_normal(motion: Motion, groups: Groups[float]) -> Floats:
     Half a period is a map of itself, followed by its mirror image. With the force a, its impulse S and its path C at
     the impacts of velocity v, 2 S = pi (1-r) v and d = n (1+r) v/2 - 2 C/pi^2. The map has the trace 2 r - (1+r) n a/v
     and the determinant r^2: an asymmetric change is kept where a multiplier is -1, (1+r) v = n a. As in `normal_of`, a
-    combination of the three has no derivative by v and by the phase. It has one by the restitution of both membranes,
-    which stands for those of each; the border has a cusp in gbar, in the difference of both restitutions and in even
-    harmonics, which part what is one motion. With friction f, 2 S = pi [(1-r) v + n f], and the multiplier is -1 where
+    combination of the three conditions has no derivative by v and by the phase. Its derivative by the restitution of
+    both membranes stands for those by each; the border has a cusp in gbar, in the difference of both restitutions and
+    in even harmonics, which part the images. With friction f, 2 S = pi [(1-r) v + n f], and a multiplier is -1 where
     (1+r) v = n [a + f (1-r)/(1+r)].
 
-    Where the restitution falls with speed, r is that of the impact and s = (1 + exponent) r minus the derivative of the
-    velocity after it: (1+s) and (1-s) are the derivatives of (1+r) v and (1-r) v by v. The half map then has the trace
+    Where the restitution falls with speed, r is that of the impact, and s = (1 + exponent) r is d(r v)/dv:
+    (1+s) and (1-s) are the derivatives of (1+r) v and (1-r) v by v. The half map then has the trace
     r + s - (1+s) n a/v and the determinant r s, so that a multiplier is -1 under the same condition.
     """
     velocity, phase = float(motion.velocity[0]), pi * float(motion.time[0])
@@ -419,7 +419,7 @@ def _derivatives(
     point : Point
         The critical point.
     normal : ndarray
-        Of the surface of such points, in `Groups.numbers`, see `normal_of`.
+        Normal of the surface of such points, in `Groups.numbers`, see `normal_of`.
     """
     at = device.with_values({varied: point.sweep_value})
     slopes = {name: float(normal[:4] @ np.array(at.slopes(name, point.d, point.gbar))) for name in DesignInput}

@@ -22,13 +22,13 @@ from vireport.scenario.blocks import Distribution
 from vireport.scenario.parameters import LARGEST_RESTITUTION, DesignInput
 
 SAMPLES, FEWER = 4096, 1024
-"""Devices of which the share is stated, and those that a further measurement is tried on; powers of two."""
+"""Numbers of devices for the share that is stated, and for trying a further measurement; powers of two."""
 
 SURE = 0.99
 """Share of devices with stable motion from which a device is said to have it; below 1 - SURE it is said not to."""
 
 HALVINGS = 8
-"""Times that the standard error of an input is halved in search of the one that a further measurement needs."""
+"""How often the standard error of an input is halved in search of the one that a further measurement needs."""
 
 
 class MeasuredShare(ResultsBlock, frozen=True):
@@ -66,14 +66,14 @@ class MeasuredShare(ResultsBlock, frozen=True):
 
 
 class HeldHarmonics(Struct, frozen=True, eq=False):
-    """The error of an end of stable motion that is left out as harmonics of the force are held at their values.
+    """The error of an end of stable motion that is left out because harmonics are held at their measured values.
 
     Attributes
     ----------
     end : Margin or None
-        To the nearest end of stable motion; None where none was located.
+        Margin to the nearest end of stable motion; None where none was located.
     error : float or None
-        Standard error of where it is by those of the harmonics, in the unit of its input; None where these were not
+        Standard error of the end from the errors of the harmonics, in the unit of its input; None where these were not
         measured, or there are no derivatives.
     """
 
@@ -87,11 +87,11 @@ def measured_share(device: Device, inputs: Sequence[DesignInput], covariance: Fl
     Parameters
     ----------
     device : Device
-        As it was identified; harmonics of its force are held at what they are.
+        The device as identified; harmonics of its force are held.
     inputs : sequence of DesignInput
-        Those that are uncertain.
+        The k inputs that are uncertain.
     covariance : ndarray, shape (k, k)
-        Of these, in their units: normal errors, correlated as they are.
+        Covariance of their normal errors, in their units.
     """
     count = _stable(device, inputs, covariance, SAMPLES)
     _, low, high = share_interval(count, SAMPLES)
@@ -140,7 +140,7 @@ def held_harmonics(answer: Identification, shaker: ShakerMotion | None) -> HeldH
     ----------
     answer : Identification
     shaker : ShakerMotion or None
-        As it was measured.
+        The motion of the shaker as measured.
     """
     if not answer.misfit.accepted or not isinstance(answer.fit, Fitted):
         return None

@@ -1,4 +1,4 @@
-"""What a ball comes to from rest at several values of an input, or of many devices."""
+"""The outcomes of balls that start from rest, at several values of an input or in many devices."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from vireport.simulation.kernel import TURN
 Floats = NDArray[np.float64]
 
 OutcomesAt = Callable[[Floats], Iterable[FromRest]]
-"""The outcomes at some values of an input, each computed when it is asked for."""
+"""A function from values of an input to the outcomes there, each computed when it is drawn."""
 
 SAMPLED = 5
-"""Values of a sweep at which a ball is followed from rest without being asked for, where no 1:1 motion is stable: 40 ms
-each without the compiler."""
+"""Number of values of a sweep at which a ball is always followed from rest if no 1:1 motion is stable: 40 ms each
+without the compiler."""
 
 
 class OutcomeRange(Struct, frozen=True):
@@ -33,7 +33,7 @@ class OutcomeRange(Struct, frozen=True):
     Attributes
     ----------
     start, end : float
-        The same where one value alone was looked at.
+        Ends of the interval; equal where a single value was tried.
     outcome : FromRest
     """
 
@@ -50,7 +50,7 @@ def groups_at(device: Device, varied: ScalarInput, values: Floats) -> Groups[Flo
 
 
 def outcomes_at(device: Device, varied: ScalarInput, values: Floats, compiled: bool) -> Iterator[FromRest]:
-    """What a device comes to from rest at each of some values of an input, one after the other."""
+    """The outcomes of a device that starts from rest at each of some values of an input, one after the other."""
     # The 1:1 motions of all values together take hardly longer than those of one. Balls are followed one by one: who
     # looks for the first change of the outcome stops there.
     groups = groups_at(device, varied, values)
@@ -65,7 +65,7 @@ def outcomes_of(groups: Groups[Floats], motions: PointwiseMotions, ratio: int, c
     groups : Groups
         Arrays of one length.
     motions : PointwiseMotions
-        Of these devices.
+        The 1:1 motions of these devices.
     ratio : int
         Forcing periods of a 1:1 motion.
     compiled : bool

@@ -21,7 +21,7 @@ class Plane(Struct, frozen=True, eq=False):
     Attributes
     ----------
     inputs : tuple of Named
-        That along the horizontal axis first.
+        The input along the horizontal axis first.
     low, high : ndarray (2,)
         Ends of the ranges, in the units of the inputs.
     """
@@ -45,7 +45,7 @@ class Plane(Struct, frozen=True, eq=False):
         return float((np.minimum(values - self.low, self.high - values) / self.widths).min())
 
     def centres(self, counts: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Values of either input in the middle of so many cells along each."""
+        """Values of both inputs in the middles of the cells, from the number of cells along each."""
         ranges = zip(self.low, self.widths, counts, strict=True)
         x, y = (low + width * ((np.arange(count) + 0.5) / count) for low, width, count in ranges)
         return x, y

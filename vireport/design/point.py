@@ -34,10 +34,10 @@ from vireport.text.formatting import OF_A_MODEL, Exactness, apart, exact, quanti
 Floats = NDArray[np.float64]
 
 DOUBLE_ROOT = 1e-7
-"""Error of q and phase of a motion on a fold: the root of rounding, and room."""
+"""Error of q [-] and phase [rad] of a motion on a fold: the root of rounding, and room."""
 
 ADJOINING = 1e-12
-"""Relative gap between two stable ranges that is rounding."""
+"""Relative gap between two stable ranges up to which it is rounding."""
 
 
 class StableInterval(Struct, frozen=True, eq=False):
@@ -97,29 +97,29 @@ class DesignPoint(Struct, frozen=True, eq=False):
     Attributes
     ----------
     parameter : Parameter
-        The swept one, or the length where nothing is swept.
+        The swept parameter, or the length where nothing is swept.
     value : float
-        Its value at the design point.
+        Its value at the design point, in its unit.
     motions : Motions
         Zero or more, stable ones first.
     families : tuple of Symmetry
-        Of each motion.
+        Symmetry of each motion.
     errors : tuple of ndarray
-        Error bounds of q - 1/2 and of the phase of each motion.
+        Error bounds of q - 1/2 and of the phase [rad] of each motion.
     margins : tuple of Margin
         Nearest first: to the ends of the stable motions in every input, whatever is swept, to the pitchforks at which
         another motion takes over from them, and to the other critical points of the sweep.
     unresolved_inputs : tuple of DesignInput
         Inputs along which rounding does not resolve where the stable motions end.
     stable_ranges : tuple of StableInterval
-        For each other input, the range up to the first of these ends on either side.
+        For each input, the range up to the first of these ends on either side.
     distortions : tuple of Distortion or None
         The least harmonics of the force that end a stable motion, see `with_distortions`; () where no motion is
         stable, None where they were not looked for.
     voltages_by_motion : Voltages or None
-        Of every motion, stable or not; None where no energy is evaluated.
+        Voltages of every motion, stable or not; None where no energy is evaluated.
     conversion_by_motion : Conversion or None
-        Of every motion, stable or not; None where the scenario states no dielectric of the membrane.
+        Conversion of every motion, stable or not; None where the scenario states no dielectric of the membrane.
     lost : int
         Motions that are not followed to a restitution that falls with speed, see `speed_law.UnderLaw`.
     """
@@ -173,9 +173,9 @@ class DesignPoint(Struct, frozen=True, eq=False):
 
     @property
     def u_ave_v(self) -> float | None:
-        """Mean voltage of the stable motion, U_ave of Eq. (5.1) [V]; of several stable ones the least.
+        """Mean voltage of the stable motion, U_ave of Eq. (5.1) [V]; the least of several stable motions.
 
-        That is what requirements, rankings and the best design count, whichever of them the device comes to; mirror
+        Requirements, rankings and the best design count this voltage, whichever motion the device comes to; mirror
         images generate the same. None where no motion is stable, or no energy is evaluated.
         """
         volts, stable = self.voltages_by_motion, self.motions.stable_mask
@@ -188,7 +188,7 @@ class DesignPoint(Struct, frozen=True, eq=False):
     def limits(self, *kinds: Event) -> list[Margin]:
         """The margins to where the design point's own motions end, whether or not another takes over, and to `endings`.
 
-        A motion that takes over has other voltages than the one that was designed: requirements are of these.
+        Requirements are on these limits, as a motion that takes over has other voltages than the one designed.
         """
         ends = (margin for margin in self.margins if margin.ends_stability or margin.taken_over)
         return [margin for margin in ends if not kinds or margin.event in kinds]
@@ -215,7 +215,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
     device : Device
         With all four parameters.
     diagram : BifurcationDiagram or None
-        Of a sweep through it, whose critical points get their margins too.
+        Diagram of a sweep through the design point, whose critical points get margins too.
     margins : bool
         Whether to follow the stable motions to their ends, which takes several times as long as to find them.
     """
@@ -243,7 +243,7 @@ def design_point(device: Device, diagram: BifurcationDiagram | None, margins: bo
 def with_distortions(device: Device, point: DesignPoint) -> DesignPoint:
     """A design point with the least harmonics of the force that end a stable motion of it.
 
-    They take as long as all its margins.
+    The search takes as long as all margins of the design point.
     """
     nearest = next((margin for margin in point.margins if margin.ends_stability), None)
     return replace(point, distortions=distortions(device, point.motions, nearest))
@@ -276,7 +276,7 @@ def _same_motion(margin: Margin, other: Point, swept: Parameter) -> bool:
 def _stable_ranges(
     device: Device, margins: list[Margin], unresolved: tuple[DesignInput, ...]
 ) -> tuple[StableInterval, ...]:
-    """For each input the range up to the first end of a stable motion on either side, or up to what it can be."""
+    """For each input the range up to the first end of a stable motion on either side, or to the input's limit."""
     ranges = []
     for varied in DesignInput:
         if varied in unresolved:
@@ -313,8 +313,8 @@ SolvedMotions = tuple[Motions, tuple[Symmetry, ...], tuple[Floats, Floats]]
 def motions_at(device: Device, parameter: Parameter) -> SolvedMotions:
     """Find all 1:1 motions at a design point, their families, and the error bounds of u and of the phase.
 
-    Their `sweep_value` is that of `parameter`. Where the restitution falls with speed they are those that come from
-    the motions of constant ones.
+    Their `sweep_value` is the value of `parameter`. Where the restitution falls with speed they are the motions that
+    come from those with constant restitutions.
     """
     return _solved_at(device, parameter)[0]
 
@@ -350,7 +350,7 @@ class _Place(NamedTuple):
 
     @staticmethod
     def rounded(symmetric: bool, u: float, phi: float) -> _Place:
-        """A place that was solved for beyond doubles: its errors are those of rounding."""
+        """A place that was solved for in decimals, whose errors are roundings to doubles."""
         return _Place(symmetric, u, phi, float(np.spacing(abs(u))), float(np.spacing(phi)))
 
 
@@ -391,8 +391,8 @@ def ending_beyond(
 ) -> Point | None:
     """The critical point beyond which no motion stays stable, if a parameter grows (sign 1) or falls (-1) from a value.
 
-    None where no motion is stable there, or where one of them does not end, or is not followed to its end. `design` is
-    a design point of the same device: motions that are its own need not be followed again.
+    None where no motion is stable there, or where one of them does not end, or is not followed to its end. Motions that
+    belong to `design`, a design point of the same device, need not be followed again.
     """
     device = device.with_values({parameter: value})
     if device.unresolved:
@@ -417,7 +417,7 @@ def ending_beyond(
 
 
 BranchEnd = tuple[float, Point | None]
-"""A swept value at which something ends, and the critical point there; None where it is the sweep that ends."""
+"""A swept value at which a stretch of a branch ends, and the critical point there; None where the sweep ends."""
 
 
 def _end(branch: Branch, row: int) -> BranchEnd:
@@ -441,7 +441,7 @@ def stable_ranges(diagram: BifurcationDiagram) -> tuple[StableInterval, ...]:
     """Ranges of the swept parameter in which there is stable admissible 1:1 motion, ascending and disjoint."""
     parts = ((branch, part) for branch in diagram.branches for part in branch.family.segments)
     stretches = [_ends(branch, part.first, part.last) for branch, part in parts if part.stable]
-    # Branches overlap, and one takes over where another ends: over what they cover together some motion is stable.
+    # Branches overlap, and one takes over where another ends: over the union of their stretches some motion is stable.
     merged: list[tuple[BranchEnd, BranchEnd]] = []
     for start, end in sorted(stretches, key=lambda ends: (_place(ends[0]), _place(ends[1]))):
         if merged and start[0] <= merged[-1][1][0] * (1 + ADJOINING):

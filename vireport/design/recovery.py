@@ -19,7 +19,7 @@ LEFT = 0.01
 """Share of a disturbance that is left when the motion counts as recovered."""
 
 MODULUS_ROUNDINGS = 8
-"""Roundings of a modulus by trace and decay, relative to it: of the discriminant, its root and the sum, with room."""
+"""Number of relative roundings of a modulus: of the discriminant, its root and the sum, with room."""
 
 
 class NoRecovery(StrEnum):
@@ -35,10 +35,11 @@ class Recovery(Struct, frozen=True):
     Attributes
     ----------
     periods : float
-        In forcing periods; not a whole number.
+        The time in forcing periods; not a whole number.
     seconds : float
+        The time [s].
     error_bound : float
-        Of the periods.
+        Bound of the error of `periods`.
     """
 
     periods: float
@@ -57,8 +58,8 @@ def largest_modulus(trace: Floats, decay: Floats | float) -> Floats:
 def recovery_of(solution: Solution) -> Recovery | NoRecovery:
     """Time in which the slowest stable 1:1 motion at the design point recovers: `ln 100/(-ln |multiplier|)` periods.
 
-    Of the multipliers the larger counts: the other part of a disturbance dies out sooner. A disturbance that is not
-    small may take longer, or not die out at all.
+    Periods are those of the motion, and the multiplier is the larger one: the other part of a disturbance dies out
+    sooner. A disturbance that is not small may take longer, or not die out at all.
     """
     design, bounds = solution.design, solution.bounds.design
     if design is None or bounds is None or not design.motions.stable_mask.any():
@@ -85,7 +86,7 @@ def recovery_of(solution: Solution) -> Recovery | NoRecovery:
 def _periods(modulus: float, ratio: int, side: int = 0) -> float:
     """Forcing periods until 1 % is left; inf where it does not die out.
 
-    With a `side` it is as long, 1, or as short, -1, as rounding of the modulus, the logarithms and the quotient allows.
+    With `side` 1 it is the longest, with -1 the shortest, that rounding of modulus, logarithms and quotient allows.
     """
     if modulus == 0:
         return 0.0

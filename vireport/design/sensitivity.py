@@ -25,17 +25,17 @@ from vireport.scenario.parameters import DesignInput, Parameter
 Floats = NDArray[np.float64]
 
 UNSURE = 0.05
-"""Share by which a restitution that was measured with care may be off."""
+"""Relative error of a restitution that was measured with care."""
 
 SMALL = 1e-4
-"""Relative change of an input over which an elasticity is the difference."""
+"""Relative change of an input for the difference that gives an elasticity."""
 
 ROUNDING = float(np.finfo(float).eps)
-"""Relative change of an input that is the smallest there is."""
+"""Smallest relative change of an input, one rounding."""
 
 
 class RestitutionEffect(Struct, frozen=True, eq=False):
-    """The effect of a restitution that differs by `UNSURE` on the stable motions of a design point.
+    """The effect of a relative change of the restitution by `UNSURE` on the stable motions of a design point.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def restitution_effect(device: Device, motions: Motions) -> RestitutionEffect | 
     rows = np.flatnonzero(motions.stable_mask)
     if not rows.size or r == 0:
         return None
-    # The closed form needs a restitution below 1, and a law one above 0: it is at most halfway to either.
+    # The closed form needs a restitution below 1, and a law one above 0: the change goes at most halfway to either.
     least, largest = min(stated(device.restitution)), max(stated(device.restitution))
     highest = (1 + largest) / 2 - (largest - r)
     changed = np.array([max(r * (1 - UNSURE), r - least / 2), min(r * (1 + UNSURE), highest)])
@@ -105,7 +105,7 @@ def _stable_velocities(device: Device, restitutions: Floats) -> list[Floats]:
 
 
 def input_error(device: Device, motions: Motions) -> Floats:
-    """Error of q or the phase of each motion of a design point from one rounding of d and gbar, (n,).
+    """Larger error of q [-] and phase [rad] of each motion of a design point from one rounding of d and gbar, (n,).
 
     By the inverse of the derivatives of (d, gbar) with respect to (q, phase), which are singular on a fold.
     """

@@ -1,4 +1,4 @@
-"""The analytic solution of a scenario: its sweep, its design point, and what both generate."""
+"""The analytic solution of a scenario: its sweep, its design point, and the voltages of both."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from vireport.scenario.parameters import DesignInput, Parameter
 Floats = NDArray[np.float64]
 
 SMALLEST_LOSS = 1e-6
-"""1 - r below which the motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""
+"""1 - r below which motions are not resolved: they draw together as 1 - r, and det DP = r^4 comes too near to 1."""
 
 
 class Solution(Struct, frozen=True, eq=False, dict=True):
@@ -133,7 +133,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def shaker(self) -> Shaker:
-        """The shaker that drives the capsule: at the design point, or without one the largest that the sweep needs."""
+        """The demands on the shaker at the design point or, without one, the largest along the sweep."""
         if self.sweep is None or self.design is not None:
             return self.device.shaker(self.parameter, float(self.device.value_of(self.parameter)))
         ends = [self.device.shaker(self.parameter, end) for end in (self.sweep.start, self.sweep.end)]
@@ -141,7 +141,7 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def on_table(self) -> bool:
-        """Whether it is a ball on a table, along the sweep and at the design point, so that no motion is 1:1."""
+        """Whether the device is a ball on a table, along the sweep and at the design point: no motion is 1:1."""
         ends = () if self.sweep is None else (self.sweep.start, self.sweep.end)
         return is_table(self.device, self.parameter, ends)
 
@@ -162,12 +162,12 @@ class Solution(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def fitting(self) -> Fitting | None:
-        """Changes that would bring the deepest deflection within the membrane's active radius; None where it is."""
+        """Values that bring the deepest deflection within the membrane's active radius; None where it is within."""
         return None if self.membrane is None or self.within_membrane else fitting(self.membrane, self.deepest_m)
 
     @cached_property
     def stable_voltages(self) -> tuple[Floats, Floats]:
-        """U_ave and deflection of the stable motions, at the design point or, without one, over the sweep."""
+        """U_ave [V] and deflection [m] of the stable motions, at the design point or, without one, over the sweep."""
         if self.design is not None:
             stable, voltages = self.design.motions.stable_mask, self.design.voltages_by_motion
             return (
@@ -207,7 +207,7 @@ def solution_of(
     membrane : Membrane or None
         For the voltages.
     sweep : Sweep or None
-        Of that device.
+        A sweep of that device.
     design : bool
         Whether to evaluate the design point, for which the scenario must state all four parameters.
     margins : bool
@@ -252,7 +252,7 @@ def solution_of(
 
 
 def with_tolerances(solution: Solution, tolerances: TolerancesBlock) -> Solution:
-    """A solution with tolerances of its inputs, by which it is decided which ranges a device can be set into."""
+    """A solution with tolerances of its inputs, which decide the ranges that a device can be set into."""
     if (point := solution.design) is None:
         return solution
     stable = (replace(part, off=tolerances.off(DesignInput(part.parameter))) for part in point.stable_ranges)

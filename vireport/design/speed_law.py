@@ -1,8 +1,8 @@
-"""Motions of a design whose restitution falls with speed, followed from those with a constant one.
+"""Motions of a design whose restitution falls with speed, followed from motions with a constant restitution.
 
-The exponent of the law grows from nothing. For constant restitutions there is a list of all solutions; with the law,
-those that come from them, and the motion that the device comes to when it is switched on. Of others that only the law
-has, none is looked for.
+The exponent of the law grows from nothing. For constant restitutions all solutions are known. With the law, those that
+come from them are found, and the motion that the device comes to when it is switched on; others, which only the law
+has, are not looked for.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ from vireport.scenario.parameters import Parameter
 Floats = NDArray[np.float64]
 
 BEHIND = 0.01
-"""Exponent on the other side of zero: room for a curve that begins with none."""
+"""Exponent on the other side of zero, as room for a curve that begins at exponent 0."""
 
 AT_LIMIT = 1e-6
-"""Share of the largest restitution of a law next to which an impact has it: there the law bends."""
+"""Relative distance from the largest restitution of a law below which an impact has it: there the law bends."""
 
 PATIENCE = 4096
-"""Impacts after which a ball that starts from rest is not waited for any longer: 26 ms, in the mean of 25 devices."""
+"""Number of impacts after which a ball from rest is not followed any longer: 26 ms, in the mean of 25 devices."""
 
 
 class Solutions(Curve, frozen=True, eq=False, dict=True):
     """A curve of solutions of a word's equations: motions, and solutions that pass through a membrane in flight.
 
-    On the way they need not be motions: what is none at one exponent may be one at another.
+    On the way they need not be motions: a solution that is none at one exponent may be one at another.
     """
 
     def margins(self, x: Floats) -> list[float]:
-        """Distances to both ends of the range, and velocities: all positive of a solution that is followed on."""
+        """Distances to both ends of the range, and velocities: all positive for a solution that is followed on."""
         return [float(x[-1]) - self.low, self.high - float(x[-1]), *self._speeds(x)]
 
     def is_motion(self, x: Floats) -> bool:
@@ -58,12 +58,12 @@ class Solutions(Curve, frozen=True, eq=False, dict=True):
 
 
 class Falling(Struct, frozen=True, eq=False):
-    """A device whose restitution falls ever faster with speed, see `motions.Curve`: what varies is minus the exponent.
+    """A device whose restitution falls ever faster with speed, a `Variation` of its groups by minus the exponent.
 
     Attributes
     ----------
     origin : Groups
-        With the law.
+        Groups with the law.
     """
 
     origin: Groups[Any]
@@ -86,7 +86,7 @@ class Falling(Struct, frozen=True, eq=False):
 
 
 def constant(device: Device) -> Device:
-    """The device with the restitutions that the law of another states at its speed."""
+    """The device with the constant restitutions that its law states."""
     bottom, top = stated(device.restitution)
     return replace(device, restitution=bottom if bottom == top else Restitutions(bottom, top))
 
@@ -99,7 +99,7 @@ def with_law(device: Device, stable: Sequence[Followed]) -> list[Followed]:
     device : Device
         With all inputs, its restitution a `SpeedLaw`.
     stable : sequence of Followed
-        With constant restitutions.
+        Stable motions with constant restitutions.
     """
     model = Falling(model_on_line(Line.LENGTHS, device, FLOATS).origin)
     most = -float(device.restitution.exponent)
@@ -112,12 +112,12 @@ class UnderLaw(Struct, frozen=True, eq=False):
     Attributes
     ----------
     motions : tuple of Solved
-        In decimals; what varies is minus the exponent.
+        The motions in decimals, with minus the exponent as the number that varies.
     restitutions : Restitutions
-        That the law gives the impacts of each, as arrays.
+        Restitutions that the law gives at the impacts of each motion, as arrays.
     lost : int
-        Motions that are not followed up to the law: rounding does not let, or it takes the restitution of one of their
-        impacts to the largest that there is, where it bends.
+        Number of motions that are not followed up to the law, because of rounding or as the law takes the restitution
+        of an impact to its largest value, where it bends.
     """
 
     motions: tuple[Solved, ...]
@@ -128,9 +128,9 @@ class UnderLaw(Struct, frozen=True, eq=False):
 def motions_under_law(device: Device, constant_ones: Motions) -> UnderLaw:
     """The 1:1 motions that come from the solutions of a device's `constant` restitutions, to the last digit.
 
-    Stable or not, motion or not, each is followed while the exponent grows, and where a pitchfork parts a symmetric one
-    into two, these as well. If the device comes from rest to another, that one is added, and what it is joined to.
-    A motion that only the law has is missed.
+    Each solution, stable or not, motion or not, is followed while the exponent grows, and so are the two that part from
+    a symmetric one at a pitchfork. A further motion to which the device comes from rest is added, with those joined to
+    it. Other motions that only the law has are missed.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ _End = tuple[Motion, bool]
 
 
 def _towards(curve: Curve, x: Floats, sign: float) -> PathPoint:
-    """A point to follow a curve from, in the direction in which what varies grows (1) or falls (-1)."""
+    """A point to follow a curve from, in the direction in which its coordinate grows (1) or falls (-1)."""
     way = curve.tangent(x)
     return PathPoint(curve, x, way if way[-1] * sign > 0 else -way)
 
@@ -209,7 +209,7 @@ def _followed(device: Device, curve: Solutions, starts: list[tuple[PathPoint, bo
 
 
 def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
-    """The 1:1 motions to which a ball comes that the bottom membrane releases, as points of a curve."""
+    """The 1:1 motions that a ball released by the bottom membrane comes to, as unknowns of a curve."""
     from vireport.simulation.attractors import find_attractor
     from vireport.simulation.events import BOTTOM, Impact
     from vireport.simulation.release import presses
@@ -227,7 +227,7 @@ def _from_rest(curve: Solutions, flat: bool) -> Iterator[Floats]:
 
 
 def _parted(curve: Curve, x: Floats) -> Iterator[PathPoint]:
-    """Points on the branches of asymmetric motions next to a pitchfork, on both sides."""
+    """Points on the branches of asymmetric motions next to a pitchfork, of both mirror images."""
     for begins, _, vertex, first in neighbours(curve, curve.motion(x), Event.PITCHFORK, Limits(2, curve.word.periods)):
         if begins is Event.PITCHFORK:
             yield first
@@ -277,21 +277,21 @@ def falling(device: Device, motions: Motions, exponent: float, speed_m_s: float 
     device : Device
         With all inputs, its restitutions constant.
     motions : Motions
-        Of the design point; the first stable one counts.
+        Motions of the design point; the first stable one counts.
     exponent : float
-        Of the law, for both membranes alike.
+        Exponent of the law, for both membranes alike.
     speed_m_s : float, optional
-        At which the restitutions are the device's; the mean of both impacts of its motion by default.
+        Speed at which the restitutions are the device's [m/s]; by default the mean of both impacts of the motion.
 
     Returns
     -------
     Device or None
-        None where it falls with speed already, where a restitution is zero, which has no law, or as large as the
-        largest that a law gives, or where nothing is stable.
+        None where restitutions fall with speed already, where one is zero, which has no law, or as large as the largest
+        that a law gives, or where no motion is stable.
 
     Notes
     -----
-    One speed for both: membranes that are alike stay alike, and the bottom, which is struck faster, rebounds less.
+    Both membranes have one speed: if alike they stay alike, and the bottom, which is struck faster, has the smaller r.
     """
     rows, bottom_top = np.flatnonzero(motions.stable_mask), stated(device.restitution)
     if not rows.size or device.law is not None or min(bottom_top) == 0 or max(bottom_top) >= flight.LARGEST_RESTITUTION:

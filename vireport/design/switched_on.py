@@ -1,4 +1,4 @@
-"""What the device comes to when it is switched on, the stable motions that this shows, and how fast it recovers.
+"""The outcome of switching a device on, the stable motions that this shows, and how fast they recover.
 
 A start that a motion attracts need not have settled on it: its impacts nearly repeat, and Newton's method on the
 simulated map then finds the motion and its multipliers.
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 
 
 class SwitchedOn(Struct, frozen=True, eq=False):
-    """What a device does when it is switched on; what was not computed is None.
+    """The outcome of switching a device on; what was not computed is None.
 
     Attributes
     ----------
     from_rest : FromRest or None
-        What it comes to at the design point; None where none is given.
+        The outcome at the design point; None without a design point.
     recovery : Recovery or None
-        Of the slowest stable 1:1 motion at the design point.
+        Recovery of the slowest stable 1:1 motion at the design point.
     no_recovery : NoRecovery or None
-        Why it has none, where there is a design point.
+        Why there is no recovery, where there is a design point.
     motion_from_rest : FollowedMotion or None
         The periodic motion of another word, without rests, that it comes to, followed along the swept parameter, or the
         length where there is no sweep (above a table the force); of a device that is switched on at once only where no
@@ -53,7 +53,8 @@ class SwitchedOn(Struct, frozen=True, eq=False):
     over_sweep : tuple of OutcomeRange
         The outcomes along the whole sweep, where an addition has looked for them.
     ramp_periods : float
-        Forcing periods in which the amplitude rises, as an addition says; 0 where the whole force sets in at once.
+        Forcing periods in which the amplitude rises, by an addition to the study; 0 where the whole force sets in at
+        once.
     """
 
     from_rest: FromRest | None
@@ -93,14 +94,14 @@ def switched_on_at_once(solution: Solution, compiled: bool = False) -> SwitchedO
 
 
 def starting_device(solution: Solution) -> StartingDevice:
-    """The device of a solution as a ball from rest meets it, with the stable 1:1 motions of its design point."""
+    """The device of a solution for starts from rest, with the stable 1:1 motions of its design point as targets."""
     device, design = solution.device, solution.design
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()
     return StartingDevice(groups, Target.of(design.motions) if design is not None else (), device.period_ratio)
 
 
 def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool = True) -> SwitchedOn:
-    """The record of a device with a design point, by what it comes to from rest.
+    """The record of a device with a design point, from its outcome `end` from rest.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def switched_on(solution: Solution, end: FromRest, compiled: bool, follow: bool 
 
 
 def _motion_from_rest(solution: Solution, end: FromRest) -> FollowedMotion | None:
-    """The motion of another word that the device comes to, as its equations have it."""
+    """The motion of another word that the device comes to, solved by its equations and followed."""
     cycle = end.cycle
     if solution.device.rubs:  # the equations of other words know no stops in flight
         return None
@@ -145,7 +146,7 @@ def _on_bottom(
 def _by_starts(
     solution: Solution, groups: Groups[float], compiled: bool, before: tuple[FollowedMotion, ...]
 ) -> tuple[FollowedMotion, ...]:
-    """The stable motions that some starts come to, after those known before; without the compiler only if none is."""
+    """The motions `before`, and stable ones that some starts come to; not compiled, these only if there are none."""
     if solution.device.rubs or (before and not compiled):
         return before
     motions = [*before]
@@ -161,14 +162,14 @@ def _by_starts(
 
 
 def _followed(solution: Solution, motion: Motion) -> FollowedMotion | None:
-    """A motion of the design point to some digits, as its equations have it."""
+    """A motion of the design point, known to some digits, solved by its equations and followed."""
     unswept = Parameter.AMPLITUDE if solution.on_table else Parameter.LENGTH
     swept = solution.sweep.parameter if solution.sweep is not None else unswept
     return followed_motion(solution.device, motion, DesignInput(swept))
 
 
 def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
-    """The outcomes at a few values of a sweep in which no 1:1 motion is stable: what the ball does instead."""
+    """The outcomes at a few values of a sweep in which no 1:1 motion is stable."""
     sweep = solution.sweep
     if sweep is None or solution.stable_ranges:
         return ()
@@ -178,11 +179,11 @@ def _sampled(solution: Solution, compiled: bool) -> tuple[OutcomeRange, ...]:
 
 
 FEW = 6, 48
-"""Starts and impacts of each without the compiler, some 4 ms in all: at 246 random devices with such a motion
-they found it at 173. As many random ones found it at 145 to 172."""
+"""Number of starts and of impacts of each without the compiler, some 4 ms in all: of 246 random devices with a stable
+motion of another word they found it in 173, and as many random starts in 145 to 172."""
 
 MANY = 64, 256
-"""Starts and impacts of each with the compiler."""
+"""Number of starts and of impacts of each with the compiler."""
 
 
 def cycles_by_starts(groups: Groups[float], compiled: bool) -> Iterator[SimulatedMotion]:

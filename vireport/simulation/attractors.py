@@ -1,8 +1,8 @@
 """Attractors of the simulated motion: for one start, or for many parameters and starts at once.
 
-A ball is followed in blocks of impacts. After each block recognisers look at the last impacts: does it rest for ever,
-ride on a membrane again and again, or nearly repeat a cycle, which Newton's method then makes exact? The transient is
-not a fixed number of impacts: near a critical point it lasts ln(tolerance)/ln|multiplier| periods.
+A ball is followed in blocks of impacts. After each block the last impacts are tested: does the ball rest for ever, ride
+on a membrane again and again, or nearly repeat a cycle, which Newton's method then makes exact? The transient is not a
+fixed number of impacts: near a critical point it lasts ln(tolerance)/ln|multiplier| periods.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from vireport.simulation.kernel import (
 
 Array = NDArray[np.float64]
 
-# First impacts to look for recurrences in; doubled until the budget is used up.
+# Impacts of the first block; each block is twice as long as the last, until the budget is used up.
 BLOCK = 512
 # Impacts kept for recurrences and Lyapunov exponents.
 KEPT = 4096
@@ -51,19 +51,19 @@ KEPT = 4096
 SETTLED = 1e-9
 # Below this multiplier one more period is all that is needed.
 FAST = 1e-3
-# Of a trajectory cut before it has settled: if its distance from the cycle has not fallen below this share of what it
-# was, the cycle is not what it approaches.
+# A trajectory that is cut before it has settled approaches a cycle only if its distance from it has fallen below this
+# share of what it was.
 SLOWER = 0.9
-# This close, in phase [rad] and velocity [y_c], it approaches a cycle that attracts even so: towards r = 1 it winds
-# around it for millions of periods, now nearer and now farther.
+# Within this distance, in phase [rad] and velocity [y_c], it approaches an attracting cycle even so: towards r = 1 it
+# winds around the cycle for millions of periods, now nearer and now farther.
 APPROACHING = 1e-5
 # After a flight longer than this [t_c] rounding leaves less than three digits of the forcing phase.
 LONGEST_FLIGHT = 1e12
-# Impacts kept of a motion that is not periodic, and those of them that a diagram shows.
+# Numbers of impacts of a motion that is not periodic: those that are kept, and those that a diagram shows.
 LAST, DRAWN = 256, 64
 # Impacts until a slow approach to a cycle is given up.
 BUDGET = 200_000
-# Relative change of velocity that takes a start off an orbit that repels.
+# Relative change of velocity that takes a ball off a cycle that repels.
 NUDGE = 1e-6
 
 
@@ -90,7 +90,7 @@ STOPPED: dict[float, tuple[Outcome, None, float, float]] = {
 of the event search."""
 
 STOPS = Outcome.REST, Outcome.HELD, Outcome.FREE
-"""Outcomes that say all of an attractor, whatever impacts came before."""
+"""Outcomes that describe an attractor completely, whatever impacts came before."""
 
 
 def motion_name(outcome: Outcome, word: str, period: int) -> str:
@@ -108,18 +108,18 @@ class Attractor(Struct, frozen=True, eq=False):
     outcome : Outcome
         Its kind.
     cycle : SimulatedMotion or None
-        One period, verified on the return map, if it is periodic; None of a motion with rest that is so long that
+        One period, verified on the return map, if it is periodic; None for a motion with rest that is so long that
         rounding decides how it repeats.
     lyapunov : float
         Largest Lyapunov exponent per forcing period: of the cycle, or of the last impacts of a motion that is
         not periodic. -inf where the ball comes to rest, nan where it meets no membrane again or is not resolved.
     distance : float
-        From the last impact to the cycle, in phase [rad] and velocity [y_c]. Large only if the budget ended a
+        Distance from the last impact to the cycle, in phase [rad] and velocity [y_c]. Large only if the budget ended a
         transient that was still approaching it.
     impacts : int
-        Impacts simulated.
+        Number of impacts simulated.
     last : array (n, 3)
-        Wall, phase [rad] and velocity [y_c] of the last ones of a motion without a cycle, at most `LAST`.
+        Wall, phase [rad] and velocity [y_c] of the last impacts of a motion without a cycle, at most `LAST`.
     """
 
     outcome: Outcome
@@ -143,7 +143,7 @@ class Attractor(Struct, frozen=True, eq=False):
 
     @property
     def name(self) -> str:
-        """The word and its period, or what the motion is where it has none."""
+        """The word and its period, or the outcome where there is no word."""
         return motion_name(self.outcome, self.word, self.period)
 
 
@@ -153,9 +153,9 @@ class Diagram(Struct, frozen=True, eq=False):
     Parameters
     ----------
     index : array of int
-        Which parameter.
+        Number of the parameter.
     wall, phase, velocity : array
-        The impact.
+        Membrane, forcing phase [rad] and velocity [y_c] of the impact.
     label : array of int
         Index into `labels`.
     labels : tuple of str or Outcome
@@ -182,7 +182,7 @@ def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET, co
     start : Impact or InFlight
         State to begin with.
     budget : int
-        Impacts to spend at most. Periodic motions use what their transient needs.
+        Largest number of impacts. Periodic motions use as many as their transient needs.
     compiled : bool
         Whether to compile the search, where numba is there.
 
@@ -211,11 +211,11 @@ def attractors(
     groups : Groups
         Of devices, as arrays (n,) or numbers, broadcast against each other.
     starts : sequence of Impact or InFlight, or array (n, m, 4)
-        Tried at every parameter; or rows of `random_starts`, other ones at each parameter.
+        Starts that are tried at every parameter; or rows of `random_starts`, different at each parameter.
     impacts : int
-        Simulated of all starts first, on all cores.
+        Impacts that are simulated first from all starts, on all cores.
     budget : int
-        Impacts of those that have not settled by then.
+        Largest number of impacts for starts that have not settled by then.
     workers : int, optional
         Threads; the number of processors by default. The result does not depend on it.
     compiled : bool
@@ -254,12 +254,12 @@ def attractors(
 def diagram(attractors_by_parameter: Sequence[Sequence[Attractor]]) -> Diagram:
     """Bifurcation diagram from simulation alone, each impact labelled by the word of its motion.
 
-    Cycles are drawn once; of motions that are not periodic the last `DRAWN` impacts are.
+    Cycles are drawn once; of motions that are not periodic the last `DRAWN` impacts are drawn.
 
     Parameters
     ----------
     attractors_by_parameter : sequence of sequences of Attractor
-        As from `attractors`.
+        As `attractors` returns them.
     """
     labels: dict[str | Outcome, int] = {}
     parts: list[tuple[Array, int, int]] = []
@@ -294,11 +294,11 @@ def search(ball: Trajectory, patience: int, budget: int, remembered: list[Simula
     Parameters
     ----------
     ball : Trajectory
-        Moved on to the attractor.
+        The ball, which is moved on to the attractor.
     patience, budget : int
         Impacts to spend while nothing periodic is in sight, and while a periodic motion is being approached.
     remembered : list of SimulatedMotion
-        Cycles of the same parameter; those that are new are appended.
+        Cycles of the same parameter; a new one is appended.
     """
     model, compiled, block = ball.model, ball.compiled, BLOCK
     released_before = np.empty((0, 2))
@@ -324,7 +324,7 @@ def search(ball: Trajectory, patience: int, budget: int, remembered: list[Simula
             return end(Outcome.STICKING, cycle, -inf, 0.0)
         if cycle is not None and cycle.growth >= 1:
             ball.rows = rows.copy()
-            ball.rows[-1, VELOCITY] *= 1 + NUDGE  # on an orbit that repels: rounding alone might keep it there
+            ball.rows[-1, VELOCITY] *= 1 + NUDGE  # on a cycle that repels: rounding alone might keep it there
         elif cycle is not None:
             before = distance = cycle.distance(rows[-1])
             if distance > SETTLED and ball.impacts < budget:
@@ -359,7 +359,7 @@ def _transient(cycle: SimulatedMotion, distance: float) -> int:
 
 
 def _remembered(cycle: SimulatedMotion, remembered: list[SimulatedMotion]) -> SimulatedMotion:
-    """The first of the remembered cycles that is equal to a cycle, which is remembered where there is none."""
+    """The first of the remembered cycles that equals a cycle; if none does, the cycle itself, which is remembered."""
     alike = (
         other
         for other in remembered

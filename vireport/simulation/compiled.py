@@ -36,8 +36,8 @@ def compiled_ways() -> Callable[..., bool] | None:
 def _compiled(search: Callable[..., Result]) -> Callable[..., Result] | None:
     """Compile a function of the kernel; None where numba is missing.
 
-    The functions that it calls stay those of the interpreter, so that both forms exist in one process; numba is told
-    to compile them where compiled code calls them.
+    The functions that it calls stay interpreted for other callers, so that both forms exist in one process; numba is
+    told to compile them where compiled code calls them.
     """
     try:
         from numba import njit
@@ -56,7 +56,7 @@ def _compiled(search: Callable[..., Result]) -> Callable[..., Result] | None:
 def _register_kernel() -> None:
     """Let compiled code call every function of the kernel, once in a process.
 
-    Those that treat arrays in a way of their own are loops there, and have numbers.
+    Functions that treat arrays as a whole are replaced by forms for single numbers and by loops.
     """
     from numba.extending import overload, register_jitable
 

@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 
 # An impact this slow is a graze, where the map has no derivative; and logarithm of the steepest one worth a step.
 SLOWEST, STEEPEST = 1e-100, 300.0
-# Impacts in one period at most; longer ones count as not periodic.
+# Largest number of impacts in one period; a longer motion counts as not periodic.
 MAX_IMPACTS = 64
 EPS = 2.2e-16
 # Two impacts this close in phase [rad] and velocity [y_c] are worth a Newton iteration.
@@ -57,9 +57,9 @@ NEWTON_STEPS = 12
 RESIDUAL_TOL = 1e-12
 # A residual this small is rounding, which no further step makes less.
 ROUNDED = 4 * EPS
-# A lap begins at a release, in a state that is known exactly. Error at its end up to which it is the true one.
+# A lap begins at a release, in a state that is known exactly. Error at its end up to which it is the true lap.
 STICK_TOL = 1e-6
-# The same where two twins of it, a few roundings off, ended alike.
+# The same error where two twins of the lap, a few roundings off, ended alike.
 LAP_TOL = 1e-2
 # Newton leaves less than this between equal impacts; different impacts of one cycle are further apart.
 SAME = 1e-9
@@ -84,10 +84,10 @@ class SimulatedMotion(Struct, frozen=True, eq=False):
     impacts : array (n, 6)
         Rows of the simulation, see `kernel`, from where the word begins.
     residual : float
-        Largest difference in phase and velocity after one period of simulation; if the ball sticks, what
-        rounding can have become between two rides.
+        Largest difference in phase [rad] and velocity [y_c] after one period of simulation; if the ball sticks, the
+        error that rounding can have grown to between two rides.
     multipliers : pair of complex
-        Eigenvalues of the product of the exact Jacobians, the larger first; zero if the ball sticks.
+        Eigenvalues of the product of the exact Jacobians, the one of larger modulus first; zero if the ball sticks.
     """
 
     word: str
@@ -146,9 +146,9 @@ class SimulatedMotion(Struct, frozen=True, eq=False):
         return float(np.min(apart[self.impacts[:, WALL] == row[WALL]], initial=inf))
 
     def motion(self, coordinate: float) -> Motion:
-        """Word, velocities and times of the motion, at a value of a sweep's coordinate; of a motion without rest.
+        """The motion as a guess for the equations of periodic motions, at a value of a sweep's coordinate.
 
-        The equations of periodic motions take it as a guess.
+        It must be without rest.
         """
         time = self.phase[0] / pi + np.concatenate([[0.0], np.cumsum(self.flight[1:])])
         return Motion(Word(tuple(self.wall.tolist()), self.period), self.velocity.copy(), time, coordinate)
@@ -159,7 +159,7 @@ def jacobians(model: Array, before: Array, after: Array, compiled: bool = False)
 
     Exact, from (2.11) and (2.12) with Z fixed: dt = -(t dv + Z_phi dphi)/Z', where v is the velocity the flight
     starts with and Z_phi a derivative at fixed time. Each determinant is r^2 times the ratio of the two
-    velocities, so that the product of all r^2 is left after a cycle; of restitutions that fall with speed, that of r
+    velocities, so that the product of all r^2 is left after a cycle; with restitutions that fall with speed, of all r
     times the slope.
 
     Parameters
@@ -174,7 +174,7 @@ def jacobians(model: Array, before: Array, after: Array, compiled: bool = False)
     Returns
     -------
     array (n, 2, 2)
-        Zero after a ball that stuck: it forgets.
+        Zero after an impact at which the ball stuck: it forgets.
     """
     if rubs(model):
         return _jacobians_with_friction(model, before, compiled)
@@ -211,7 +211,7 @@ def jacobians(model: Array, before: Array, after: Array, compiled: bool = False)
 
 
 def _jacobians_with_friction(model: Array, before: Array, compiled: bool) -> Array:
-    """`jacobians` of a ball with friction, over its stops between impacts."""
+    """The `jacobians` for a ball with friction, over its stops between impacts."""
     from vireport.simulation import stops
 
     free = before[:, RIDING] + before[:, SETTLING] == 0
@@ -268,7 +268,7 @@ def product(matrices: Array) -> tuple[Array, float]:
 
 
 def exponent(model: Array, rows: Array, compiled: bool = False) -> float:
-    """Largest Lyapunov exponent per forcing period over impacts (n, 6), from where the ball last stuck; nan of none."""
+    """Largest Lyapunov exponent per forcing period over impacts (n, 6) since the ball last stuck; nan without any."""
     stuck = np.flatnonzero(rows[:, RIDING] + rows[:, SETTLING] > 0)
     free = rows[stuck[-1] + 1 :] if len(stuck) else rows[rows[:, WALL] != 0]
     span = float(np.sum(free[1:, FLIGHT]))
@@ -276,7 +276,7 @@ def exponent(model: Array, rows: Array, compiled: bool = False) -> float:
 
 
 def recurrences(rows: Array) -> list[int]:
-    """Candidates for the length of a cycle: after so many impacts, ascending, the last one nearly repeats another."""
+    """Candidates for the number of impacts in a cycle, ascending: the last one nearly repeats the one so many ago."""
     last, past = rows[-1], rows[-2 : -MAX_IMPACTS - 2 : -1]
     apart = separation(past[:, PHASE] - last[PHASE], past[:, VELOCITY] - last[VELOCITY])
     lengths: list[int] = (np.flatnonzero((apart < NEAR) & (past[:, WALL] == last[WALL])) + 1).tolist()
@@ -336,7 +336,7 @@ def refine(model: Array, rows: Array, length: int, compiled: bool = True) -> Sim
         return refine(model, lap[: shorter + 1], shorter, compiled)
     if _periods(lap[1:]) == 0:
         return None  # a lap so short that nothing changes in it
-    # Friction that stops the ball on its way takes from the determinant, which is the product of r^2 otherwise.
+    # Friction that stops the ball on its way reduces the determinant, which is the product of r^2 otherwise.
     determinant = float(np.linalg.det(matrix)) if rubs(model) else _determinant(model, lap[1:])
     larger, smaller = multipliers(np.trace(matrix), determinant).tolist()
     return _cycle(lap[1:], residual, (larger, smaller))
@@ -355,10 +355,10 @@ def _determinant(model: Array, lap: Array) -> float:
 
 
 def laps(rows: Array, released: bool = False) -> list[slice]:
-    """The first lap from each membrane that releases the ball twice in one state, the bottom one first.
+    """The first lap from each membrane that releases the ball twice in one state, the bottom first.
 
-    From one state the ball always moves alike: one lap is enough to know that the motion is periodic. Where so much
-    happens in it that rounding alone decides when the next ride comes, only its cycle cannot be computed.
+    From one state the ball always moves alike: one lap shows that the motion is periodic. If so much happens in it that
+    rounding alone decides when the next ride comes, its cycle still cannot be computed.
 
     Parameters
     ----------
@@ -409,15 +409,15 @@ def same_release(states: Array, others: Array) -> NDArray[np.bool_]:
 def rest_cycle(model: Array, lap: Array, compiled: bool = True) -> SimulatedMotion | None:
     """The cycle of a ball that rides on a membrane once a lap; None where rounding decides how the lap goes.
 
-    Whether it does is read off the growth of rounding over the lap or, where that is too large, off twins of the lap
-    that start a few roundings away: they must end in the same ride.
+    This is decided by the growth of rounding over the lap or, where that is too large, by twins of the lap that start a
+    few roundings away: they must end in the same ride.
 
     Parameters
     ----------
     model : array (6 + 3 h,)
         A row of `check_model`.
     lap : array (n, 6)
-        Impacts since the release, the last one being that after which the ball rides.
+        Impacts since the release, up to the one after which the ball rides.
     compiled : bool
         Whether to compile the search, where numba is there.
     """
@@ -506,7 +506,7 @@ def chain_growth(model: Array, rows: Array, compiled: bool = False) -> float:
 
 
 def _cycle(rows: Array, residual: float, eigenvalues: tuple[complex, complex]) -> SimulatedMotion:
-    """One period that begins where its word does, the alphabetically first one; of equal ones at the fastest impact."""
+    """One period, begun where its word is alphabetically first; where several begin so, at the fastest impact."""
     n = len(rows)
     impacts = _struck(rows)
     letters = _letters(impacts)

@@ -1,7 +1,7 @@
 """Impacts of many starts at once: the event search of `kernel` behind arrays, on one core or several.
 
-Turns starts (on a membrane or between them) into rows of impacts. It knows no periodic motion, and imports
-the compiler only with the first impact.
+It turns starts (on a membrane or between them) into rows of impacts. It knows no periodic motion, and imports the
+compiler only with the first impact.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
 
 BOTTOM, TOP = 1, -1
 COLUMNS = 6
-# Numbers that flights and constant restitutions need. The law of the latter follows, exponent and speed; after what a
-# device has whose force is a sine come those of harmonics, three of each, and one of friction where there is some.
+# Counts of numbers in a row: of flights and constant restitutions; with exponent and speed of a law of restitution, all
+# of a device whose force is a sine; and of each harmonic, which follow. Last comes friction, if there is any.
 CONSTANT, OF_SINE, OF_HARMONIC = 4, 6, 3
 # Parts per core: enough to even out slow and fast parameters.
 PARTS = 8
 # Without the compiler an impact takes about this long [s]; a job that may take longer than the other says so [s].
 INTERPRETED_IMPACT, LONG = 1e-5, 5.0
-# Devices of which the zeros of the acceleration are remembered: a ball that is followed block by block asks for them
-# before each, and they take as long as some hundred impacts.
+# Number of devices whose zeros of the acceleration are remembered: a ball that is followed block by block needs them
+# before each block, and they take as long as some hundred impacts.
 REMEMBERED = 64
 
 Array = NDArray[np.float64]
@@ -104,14 +104,14 @@ def check_model(groups: Groups[Any]) -> Array:
     Returns
     -------
     array (n, 6 + 3 h), with friction (n, 6 + 3 h + 1)
-        A row is d, gbar, the restitution at the bottom and at the top, the exponent of the speed with which they fall
-        and the speed at which they are stated (0 and 1 of constant ones), order, cosine and sine of each of h
-        harmonics, and the friction of a ball with it.
+        A row is d, gbar, the restitutions at the bottom and at the top, the exponent of the speed with which they fall
+        and the speed at which they are stated (0 and 1 if constant), order, cosine and sine of each of h harmonics, and
+        the friction, if there is any.
 
     Raises
     ------
     ValueError
-        If they describe no device, or friction together with restitutions that fall with speed.
+        If the groups describe no device, or friction together with restitutions that fall with speed.
     """
     parts = [number for harmonic in groups.harmonics for number in (harmonic.order, harmonic.cosine, harmonic.sine)]
     law = (0.0, 1.0) if groups.law is None else (groups.law.exponent, groups.law.speed)
@@ -166,7 +166,7 @@ def rubs(model: Array) -> bool:
 
 
 def friction_of(model: Array) -> float | None:
-    """Coefficient of friction from a row of `check_model`; None of a ball without it."""
+    """The group friction, see `Groups`, from a row of `check_model`; None for a ball without it."""
     return float(model[-1]) if rubs(model) else None
 
 
@@ -178,7 +178,7 @@ def zeros_of_pull(model: Array, way: int = 0) -> Array:
     model : array (6 + 3 h,)
         A row of `check_model`.
     way : int
-        Sign of Z' of a ball with friction that moves.
+        Sign of Z', for a ball with friction that moves.
 
     Returns
     -------
@@ -194,7 +194,7 @@ def zeros_of_pull(model: Array, way: int = 0) -> Array:
 
 
 def _forced(model: Array) -> tuple[Array, Array] | tuple[None, None]:
-    """Harmonics (n, h, 3) and zeros of Z'' (n, m, 2) of rows of `check_model`, without friction; None of a sine."""
+    """Harmonics (n, h, 3) and zeros of Z'' (n, m, 2) of rows of `check_model`, without friction; None for a sine."""
     if model.shape[1] == OF_SINE:
         return None, None
     return np.ascontiguousarray(model[:, OF_SINE:].reshape(len(model), -1, 3)), _zeros(model, (0,))[:, 0].copy()
@@ -209,7 +209,7 @@ def search_data(model: Array) -> tuple[Array, Array, Array]:
         d, gbar, restitutions at the bottom and at the top, friction.
     harmonics : array (n, h, 3)
     zeros : array (n, 2, m, 2)
-        Of Z'', on the way up and on the way down.
+        Zeros of Z'', on the way up and on the way down, see `zeros_of_pull`.
     """
     harmonics = model[:, OF_SINE:-1].reshape(len(model), -1, OF_HARMONIC)
     plain = np.column_stack([model[:, :CONSTANT], model[:, -1]])
@@ -241,7 +241,7 @@ def _zeros_of_rows(rows: Array, ways: tuple[int, ...]) -> Array:
 
 
 def _filled(zeros: Array, count: int) -> Array:
-    """Zeros of Z'' with others that are none, up to a number: all rows of an array have as many."""
+    """Zeros of Z'', filled up to a number by phases that are no zeros: all rows of an array have as many."""
     last, sign = zeros[-1]
     # What is added cuts the last piece without a change of sign: it stays concave or convex, as it was.
     more = count - len(zeros)
@@ -251,7 +251,7 @@ def _filled(zeros: Array, count: int) -> Array:
 def check_start(start: Start, d: float) -> tuple[float, float, float, float]:
     """A start as the row (wall, position, velocity, phase) of the search; ValueError if it is impossible.
 
-    The wall is 0 of a start in flight, the position 0 of one at an impact; the phase is in [0, 2 pi).
+    The wall is 0 for a start in flight, the position 0 for a start at an impact; the phase is in [0, 2 pi).
     """
     if not (isfinite(start.velocity) and isfinite(start.phase)):
         raise ValueError(f"start is not finite: {start}")
@@ -278,7 +278,7 @@ def start_rows(starts: Sequence[Start] | Array, d: Array) -> Array:
     Parameters
     ----------
     starts : sequence of Impact or InFlight, or array (n, m, 4)
-        The same at all distances; or rows for each of them.
+        Starts for all distances; or rows for each distance.
     d : array (n,)
 
     Raises
@@ -313,20 +313,20 @@ def follow_impacts(
     starts : array (n, 4)
         Rows of `check_start`.
     impacts : int
-        After which a trajectory is cut.
+        Number of impacts after which a trajectory is cut.
     keep : int, optional
         Rows kept of each trajectory, the last ones; all by default.
     workers : int
-        Threads. The result does not depend on it.
+        Number of threads. The result does not depend on it.
     compiled : bool
-        Whether to compile the search, where numba is there. A few thousand impacts are sooner had without.
+        Whether to compile the search, where numba is there. A few thousand impacts are faster without.
 
     Returns
     -------
     rows : array (n, keep, 6)
         In order of time, the last impact last; where fewer happened, the rows before the start are NaN.
     summary : array (n, 3)
-        Number of impacts, of sine-cosine pairs evaluated, and the status of `kernel`, such as RUNNING, REST or FREE.
+        Number of impacts, number of sine-cosine pairs evaluated, and the status of `kernel`, such as RUNNING or REST.
     """
     rubbed, count = rubs(model), len(model)
     search = _search(rubbed, compiled, count * impacts)
@@ -362,22 +362,22 @@ def follow_recorded(
     Parameters
     ----------
     model : array (6 + 3 h,)
-        A row of `check_model`, the force of which does not count.
+        A row of `check_model`, whose force is not used.
     start : sequence of float
         A row of `check_start`; its phase is that of a sine of the force's frequency.
     cubics : Cubics
         The relative acceleration as it was recorded.
     impacts : int
-        After which the trajectory is cut.
+        Number of impacts after which the trajectory is cut.
     compiled : bool
-        As of `follow_impacts`.
+        As in `follow_impacts`.
 
     Returns
     -------
     rows : array (n + 1, 6)
         The start and the impacts, in order of time.
     summary : array (3,)
-        As of `follow_impacts`; its status says whether at the end of the record the ball lies on a membrane or flies.
+        As in `follow_impacts`; the status says whether at the end of the record the ball lies on a membrane or flies.
 
     Raises
     ------
@@ -396,7 +396,7 @@ def follow_recorded(
 def _search(rubbed: bool, compiled: bool, steps: int) -> Callable[..., None]:
     """The function of `kernel` that follows starts, with friction or without, compiled where that is possible.
 
-    Warned is of as many impacts or pieces of a recorded force as take long in the interpreter.
+    It warns where so many impacts, or pieces of a recorded force, take long in the interpreter.
     """
     search = None
     if compiled:
@@ -443,7 +443,7 @@ def follow_one(
     start : sequence of float
         A row of `check_start`.
     impacts, keep, compiled
-        As of `follow_impacts`.
+        As in `follow_impacts`.
 
     Returns
     -------

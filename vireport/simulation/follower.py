@@ -28,9 +28,9 @@ class Trajectory:
     rows : array (n, 6)
         Impacts so far, see `kernel`; the first may be the start.
     summary : array (3,)
-        Of `follow_one`.
+        Summary of `follow_one`.
     keep : int, optional
-        Impacts kept of a block; all by default.
+        Number of impacts kept of a block; all by default.
     compiled : bool
         Whether to compile the search, where numba is there.
     """
@@ -65,7 +65,7 @@ class Trajectory:
         ----------
         impacts : int
         whole : bool
-            Whether impacts before are kept; else those of the block take their place.
+            Whether earlier impacts are kept; else those of the block take their place.
         """
         # The last impact is the first row of the block: one that repeats it would count twice.
         rows, summary = follow_one(self.model, self.last, impacts, self.keep, self.compiled)

@@ -1,7 +1,7 @@
 """Slow sweeps as in an experiment: the motion at each value of a parameter starts from the state at the value before.
 
-Turns values of a parameter into the attractors on the way, and into the jumps from one to another, each located between
-two values as near to one another as `RESOLUTION` says. Both depend on the direction of the sweep: that is hysteresis.
+It gives the attractors at values of a parameter, and the jumps from one to another, each located between two values to
+within `RESOLUTION`. Both depend on the direction of the sweep: that is hysteresis.
 """
 
 from __future__ import annotations
@@ -39,21 +39,21 @@ Array = NDArray[np.float64]
 
 CLOSE = 0.05
 """Distance of two motions, in phase [rad] and velocity [y_c], up to which one is the other at the next value. A
-continuous change falls below it as values are halved: at a period doubling with the square root of their distance."""
+continuous change falls below it as steps are halved: at a period doubling with the square root of the step."""
 
 RESOLUTION = 1e-6
 """Width of the interval that a jump is located in, over that of the whole range."""
 
 PATIENCE = 20
-"""Impacts after which a motion counts as not periodic, over those of `course`: next to a fold it lingers where the
-cycle was."""
+"""Number of impacts after which a motion counts as not periodic, over `impacts` of `course`: next to a fold it lingers
+where the cycle was."""
 
 AWAY = 100
-"""Distance in the parameter, over the resolution, from a periodic motion to where one that is not periodic is looked at
-again: the nearer the fold where the cycle ends, the longer a motion lingers at it."""
+"""Distance in the parameter, over the resolution, from a periodic motion to where a motion that is not periodic is
+tested again: the nearer the fold where the cycle ends, the longer a motion lingers at it."""
 
 MOST_STEPS = 400
-"""Steps between two values, some 60 to a jump; a jump that comes after so many is located less sharply."""
+"""Largest number of steps between two values, some 60 to a jump; a jump after so many is located less sharply."""
 
 
 class Conditions(NamedTuple):
@@ -71,9 +71,9 @@ class Stage(Struct, frozen=True, eq=False):
     value : float
     attractor : Attractor
     impacts : ndarray (n, 3)
-        Wall, phase [rad] and velocity [y_c] of each in one period, or of the last ones; none of a ball that rests.
+        Wall, phase [rad] and velocity [y_c] of the impacts of one period, or of the last ones; none if the ball rests.
     last : Impact
-        The state that it ended in, from which the next value starts.
+        The last state, from which the next value starts.
     """
 
     value: float
@@ -89,9 +89,9 @@ class Stage(Struct, frozen=True, eq=False):
     def distance(self, other: Stage, mirror: bool = False) -> float:
         """Largest distance between an impact of one motion and the nearest of the other, in phase and velocity.
 
-        An impact of low velocity counts with that, as impacts come and go with velocity zero. Motions that are not
-        periodic, or whose cycle rounding does not resolve, count as equal. With `mirror` the mirror image
-        of the other counts as well.
+        The distance of an impact is at most its speed, as impacts come and go with velocity zero. Motions that are not
+        periodic, or whose cycle rounding does not resolve, count as equal. With `mirror` the mirror image of the other
+        motion counts as well.
         """
         if self.without_cycle and other.without_cycle:
             return 0.0
@@ -139,13 +139,13 @@ def course(
     Parameters
     ----------
     values : sequence of float
-        Of the parameter, ascending or descending.
+        Values of the parameter, ascending or descending.
     at : callable
         The conditions at a value.
     start : Stage, optional
-        To begin from; by default the ball lies on the bottom membrane.
+        Stage to begin from; by default the ball lies on the bottom membrane.
     impacts : int
-        `PATIENCE` times as many without a period in sight make a motion one that is not periodic.
+        A motion without a period after `PATIENCE` times as many impacts counts as not periodic.
     """
     # Below some spacings of a double the steps would stand still.
     resolution = max(RESOLUTION * abs(values[-1] - values[0]), 8 * float(np.spacing(np.abs(values).max())))
@@ -189,7 +189,7 @@ class _Track(Struct, frozen=True, eq=False):
         value : float
             Of the parameter.
         patience : int, optional
-            Impacts until the motion counts as not periodic; those of the sweep by default.
+            Number of impacts until the motion counts as not periodic; by default that of the sweep.
         """
         groups, unit = self.at(value)
         start = Impact(BOTTOM, 0.0, 0.0)
@@ -207,7 +207,7 @@ class _Track(Struct, frozen=True, eq=False):
         return Stage(value, attractor, impacts, Impact(int(wall), velocity, phase))
 
     def apart(self, stage: Stage, other: Stage) -> bool:
-        """Whether the motions of two stages differ, by `CLOSE` or because one leaves the other in the long run."""
+        """Whether the motions of two stages differ, by more than `CLOSE` or as one leaves the other in the long run."""
         if stage.distance(other) > CLOSE:
             return True
         periodic, aperiodic = sorted((stage, other), key=lambda stage: stage.without_cycle)
@@ -227,8 +227,8 @@ class _Track(Struct, frozen=True, eq=False):
     def followed(self, stage: Stage, target: float) -> tuple[Stage, list[Jump]]:
         """The stage at another value, and the jumps on the way there.
 
-        Steps are halved where the motion becomes another one: after one that is too long the last state may lie outside
-        the basin of a motion that is still there, where after a shorter one it does not.
+        Steps are halved where the motion becomes another one: after too long a step the last state may lie outside the
+        basin of a motion that still exists, and after a shorter step inside.
         """
         jumps: list[Jump] = []
         step = target - stage.value
@@ -237,7 +237,7 @@ class _Track(Struct, frozen=True, eq=False):
             value = target if last else stage.value + step
             ahead = self.continued(stage, value)
             if stage.attractor.cycle is not None and ahead.attractor.cycle is None and stage.distance(ahead) <= CLOSE:
-                ahead = self.continued(stage, value, BUDGET)  # still on its way, as far as one can see
+                ahead = self.continued(stage, value, BUDGET)  # it may still be on its way to the cycle
             apart = self.apart(stage, ahead)
             if apart and abs(step) > self.resolution and attempt < MOST_STEPS:
                 step /= 2
@@ -256,7 +256,7 @@ class _Track(Struct, frozen=True, eq=False):
 
 
 def _farthest(impacts: Array, others: Array) -> float:
-    """Largest distance of an impact from the nearest of others on its membrane, or its velocity where that is less.
+    """Largest distance of an impact from the nearest of others on its membrane, or its speed where that is less.
 
     Impacts are rows (n, 3) of wall, phase [rad] and velocity [y_c].
     """

@@ -1,28 +1,28 @@
 """Event search: from one impact to the next, without missing one and without stalling.
 
-Turns starts and the three dimensionless parameters into rows of impacts; knows nothing of orbits. Between two
-zeros of Z'' (phases with cosine -gbar) Z' is monotone, so on such a piece the motion, seen with the right
-sign, is a concave function y with at most one peak: either y passes its upper wall before the peak, or it can
-only leave through the lower one. So every crossing is bracketed before it is computed.
+It turns starts and dimensionless groups into rows of impacts; it knows no periodic motions. Between two zeros of Z''
+(phases with cosine -gbar) Z' is monotone, so on such a piece the motion, seen with the right sign, is a concave
+function y with at most one peak: either y passes its upper wall before the peak, or it can only leave through the lower
+one. So every crossing is bracketed before it is computed.
 
-Most flights end in one of the first two pieces, with room to spare where they pass a wall by. Those are followed by
+Most flights end in one of the first two pieces, with room to spare where they pass a wall by. These are followed by
 formulas without branches, which take numbers and arrays alike: many balls at once are followed in lockstep, with the
-operations, and so the impacts, of a single one. What is not sure to be such a flight is left to the search.
+operations, and so the impacts, of a single one. Other flights are left to the search.
 
 Three things can go wrong with an impact, and each has its function: the ball may only just reach a wall (`_peak`: a
 graze), it may bounce infinitely often in a finite time (`_settle`: chatter), and it may drift for thousands of periods
 before it meets a wall (`_idle_periods`).
 
-Harmonics of the force add to each flight what their own sines do; the zeros of Z'' are then arguments. Where
-`overtones` or `harmonics` is None the force is a sine: the compiler leaves the rest away. Of a force that was recorded
-a flight goes through one cubic after another, and is a polynomial of five numbers on each, where others have four.
+Each harmonic of the force adds a term to a flight; the zeros of Z'' are then arguments. Where `overtones` or
+`harmonics` is None the force is a sine, and the compiler leaves out the rest. Under a recorded force a flight goes
+through one cubic after another, on each of which it is a polynomial of five numbers, where others have four.
 
-A ball with friction has searches of its own, from stop to stop: on a way without one friction is a constant.
+A ball with friction has separate searches, from stop to stop: between stops friction is a constant.
 
-The functions are plain ones, some hundred times slower than what `compiled` makes of them, and the same to rounding.
-They stay in one file, and import nothing that is ours, because numba's cache looks at no other for changes. They take
+The functions are plain Python, some hundred times slower than compiled by `compiled`, and equal to rounding. They stay
+in one file and import nothing of this package, because numba's cache watches no other file for changes. They take
 numbers and tuples, some of them ten, where records would be natural: the interpreter would make a record in each step
-of each search, and a run without the compiler is made of little else.
+of each search, and a run without the compiler consists of little else.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# How the search ended: impacts used up, at rest on the bottom, no membrane ever reached again, or held by friction.
+# How the search ended: impacts used up, at rest on the bottom, no membrane ever reached again, held by friction off it,
+# or stopped by friction too often.
 RUNNING, REST, FREE, HELD, CREEPING = 0, 1, 2, 3, 4
 # Columns of `rows` (a row is an impact, the first one the start) and of `summary`.
 WALL, PHASE, FLIGHT, VELOCITY, SETTLING, RIDING = 0, 1, 2, 3, 4, 5
@@ -49,11 +50,11 @@ CLEAR = 1e-14  # distance from a wall at the end of a piece that rounding does n
 CHATTER_SPEED = 0.05  # above this rebound velocity the criterion cannot hold and is not evaluated
 FAST_STEPS, MAX_STEPS = 20, 200  # of a root search: first bracketed fourth-order ones, then bisection
 MAX_PERIODS = 100_000  # examined in one flight; `_idle_periods` leaves fewer than ten in every case tried
-# Stops of a ball with friction on all of its way, and so many more for each impact: beyond, it creeps. Others stop a
-# few times in a flight.
+# Stops that a ball with friction may make in all, and so many more for each impact: beyond, it creeps. Other balls stop
+# a few times in a flight.
 MAX_STOPS, STOPS_PER_IMPACT = 4_000, 8
-# Trajectories that are followed together: what is computed of them stays in the processor's first cache. Fewer than FEW
-# are followed one after the other.
+# Number of trajectories that are followed together: their data stay in the processor's first cache. Fewer than FEW are
+# followed one after the other.
 LANES, FEW = 256, 8
 USUAL = 3.0  # pairs of sine and cosine of a usual impact, those of the next flight included
 # A flight is described by its beginning. In the functions below y is its displacement from there, or minus that.
@@ -89,8 +90,8 @@ def root(square: Any) -> Any:
 def _series(q: Any) -> tuple[Any, Any]:
     """Return (1 - cos x)/x^2 and (x - sin x)/x^3 for q = x^2, |x| up to pi/2.
 
-    They are Taylor's series, of which 8 terms each are left by Chebyshev's polynomials. What is cut off is at most
-    6.5e-18 and 3.5e-19.
+    They are Taylor's series, economised by Chebyshev's polynomials to 8 terms each. The errors are at most 6.5e-18 and
+    3.5e-19.
     """
     q2 = q * q
     q4 = q2 * q2
@@ -106,7 +107,7 @@ def _series(q: Any) -> tuple[Any, Any]:
 
 
 def _octant_series(q: Any) -> tuple[Any, Any]:
-    """Return what `_series` does for |x| up to pi/4, of 7 and 6 terms. What is cut off is at most 2e-19 and 2.1e-17."""
+    """Return `_series` for |x| up to pi/4, by 7 and 6 terms, with errors of at most 2e-19 and 2.1e-17."""
     q2 = q * q
     q4 = q2 * q2
     rise = (0.5 - q * 0.04166666666666664) + q2 * (0.0013888888888880775 - q * 2.480158729369345e-05)
@@ -117,14 +118,14 @@ def _octant_series(q: Any) -> tuple[Any, Any]:
 
 
 def _rough_series(q: Any) -> tuple[Any, Any]:
-    """Return what `_series` does, of 4 terms each. What is cut off is at most 7.7e-8 and 7.1e-9."""
+    """Return `_series` by 4 terms each, with errors of at most 7.7e-8 and 7.1e-9."""
     rise = (0.4999999231313572 - q * 0.041665669160306484) + q * q * (0.0013868610768898 - q * 2.3476086600425923e-05)
     lag = (0.16666665963821187 - q * 0.008333242135096939) + q * q * (0.000198227394886311 - q * 2.6347563918117813e-06)
     return rise, lag
 
 
 def _alternating(k: Any) -> Any:
-    """Return 1 of an even number, -1 of an odd one."""
+    """Return 1 for an even whole number, -1 for an odd one."""
     half = 0.5 * k
     return 1.0 - 4.0 * abs(half - ((half + ROUND) - ROUND))
 
@@ -161,10 +162,10 @@ def _half_turned(t: Any, rough: bool = False) -> tuple[Any, Any, Any, Any, Any]:
 
 
 def _moved(t: Any, flight: Flight, wall: Any, rough: bool = False) -> Flight:
-    """Return what `_state` does of a flight under a sine, as numbers or arrays.
+    """Return the `_state` of a flight under a sine, as numbers or arrays.
 
     Up to t = 1/2 the terms that cancel in a short flight, g/2 and c (1 - cos x)/x^2, are added before anything else is.
-    Where it may be `rough`, sine and cosine are.
+    With `rough`, sine and cosine are rough.
     """
     v, g, c, s = flight
     x, sine, cosine, rise, lag = _half_turned(t, rough)
@@ -309,8 +310,8 @@ def _peak(flight: Leg, overtones: Overtones, wall: float, start: Node, end: Node
     """Whether concave y, rising at the start and falling at the end, reaches the wall in between.
 
     Two tangents bound the peak from above, any value of y from below: the search for the zero of Z' ends once
-    either decides. Touching counts as an impact, of velocity zero. Also returned: a time when y is past the
-    wall, a guess of the crossing before it, and the evaluations.
+    either decides. Touching counts as an impact, of velocity zero. Also returned are a time when y is past the
+    wall, a guess of the crossing before it, and the number of evaluations.
     """
     t0, y0, p0 = start
     t1, y1, p1 = end
@@ -456,9 +457,9 @@ def _bracket(
 ) -> tuple[Any, Any, Any, Any, Flight, Any]:
     """Bracket the next impact of a ball that flies off a wall, where it is found without a further sine.
 
-    It is in one of the first two pieces in most flights. All is seen from the wall, which is at 0, the other being at
-    d. Parameters are sine and cosine of the phase, too. Returned: whether it is sure that this is the first impact, a
-    guess of its time and the ends, the flight, and where the wall is.
+    It is in one of the first two pieces in most flights. Positions are counted from the wall left, the other wall being
+    at d; s and c are sine and cosine of the phase. Returned are whether this is sure to be the first impact, a guess of
+    its time, the ends of the bracket, the flight, and the position of the wall.
     """
     d, g, turn, swing = device
     v = r * abs(v)
@@ -492,15 +493,15 @@ def _bracket(
 
 
 def _approach(t: Any, flight: Any, wall: Any) -> Any:
-    """Return a time of impact that is nearer; one that leads astray `_arrive` refuses.
+    """Return a better time of impact; `_arrive` refuses one that leads astray.
 
-    A rough state does: what it adds to the error is of the size of what the step leaves.
+    A rough state will do: the error that it adds is of the size of the error that the step leaves.
     """
     return t + _correction(*_moved(t, flight, wall, True))
 
 
 def _arrive(t: Any, low: Any, high: Any, flight: Any, wall: Any, phase: Any) -> tuple[Any, Any, Any, Any]:
-    """Take the last step to an impact: whether it is exact to rounding then, its time, velocity and phase.
+    """Take the last step to an impact; return whether it is exact to rounding then, its time, velocity and phase.
 
     From `low` to `high` there is one crossing towards the wall.
     """
@@ -524,7 +525,7 @@ STRAIGHT = (
 
 
 def _fill_parts(phase: float, harmonics: Array, parts: Array) -> None:
-    """Fill `parts` with order, cosine and sine of each harmonic where a flight begins, the phase being its zero."""
+    """Fill `parts` with order, cosine and sine of each harmonic, phases counted from where the flight begins."""
     for k in range(len(harmonics)):
         j, a, b = float(harmonics[k, 0]), float(harmonics[k, 1]), float(harmonics[k, 2])
         cosine, sine = cos(j * phase), sin(j * phase)
@@ -587,7 +588,7 @@ def _next_impact_with_harmonics(
 def _settle_with_harmonics(
     wall: float, flight: FlightRow, overtones: Overtones, phase: float, r: float, zeros: Array
 ) -> tuple[bool, float, float]:
-    """Whether the ball settles on the wall as in `_settle`, under a force with harmonics; it rides inf: for ever."""
+    """Whether the ball settles on the wall as in `_settle`, under a force with harmonics; inf if it rides for ever."""
     v = flight[0]
     if abs(v) > CHATTER_SPEED:
         return False, 0.0, 0.0
@@ -608,7 +609,7 @@ def _settle_with_harmonics(
 
 
 def _summed(v: float, r: float, press: float, jerk: float, bend: float, left: float) -> tuple[bool, float, float]:
-    """Whether the infinitely many hops to come can be summed, the time they take, and the time that it rides then.
+    """Whether the infinitely many hops to come can be summed, the time they take, and the time of the ride then.
 
     Parameters are the speed just after an impact, r, the acceleration that presses the ball onto the wall, the rate at
     which that falls, a bound of its second derivative, and the time until it vanishes; see `_settle`.
@@ -656,7 +657,7 @@ def _settle_recorded(
 ) -> tuple[bool, float, float, int]:
     """Whether the ball settles on the wall as in `_settle`, under a recorded force; also the row that lets it go.
 
-    It rides inf where it lies on the wall up to the end of the record.
+    The time that it rides is inf where it lies on the wall up to the end of the record.
     """
     if abs(v) > CHATTER_SPEED or place == len(drive):
         return False, 0.0, 0.0, place
@@ -673,7 +674,7 @@ def _settle_recorded(
 
 
 def _released(phase: float, zeros: Array) -> float:
-    """The zero of Z'' nearest to a phase, which is that zero up to rounding: a release is at exactly the same phase."""
+    """The zero of Z'' that a phase is up to rounding: so every release there is at exactly the same phase."""
     nearest, away = phase, inf
     for k in range(len(zeros)):
         off = abs(phase - zeros[k, 0]) % TURN
@@ -684,7 +685,7 @@ def _released(phase: float, zeros: Array) -> float:
 
 
 def _settle(wall: float, flight: FlightRow, phase: float, r: float, turn: float) -> tuple[bool, float, float]:
-    """Whether the ball settles on the wall now, time its infinitely many last hops take, time it then rides.
+    """Whether the ball settles on the wall now, the time of its infinitely many last hops, and the time it then rides.
 
     With the pressing acceleration A, its rate of decrease J and w = v/(1-r) all hops together take
     2w/A + 4J w^2/(3A^3) + O(w^3): one flight expanded, and summed over hops that lose both speed and A. The
@@ -806,7 +807,7 @@ def follow_start(
 
 
 def note(count: int, lanes: Ints, ball: Array, flight: Array, row: int, rows: Array) -> None:
-    """Write the impacts of some balls to a row of each; as `note_each`, of arrays."""
+    """Write the impacts of some balls to a row of each, as `note_each` but on whole arrays."""
     which = lanes[:count]
     rows[which, row, WALL], rows[which, row, PHASE], rows[which, row, FLIGHT] = (
         ball[0, :count],
@@ -825,7 +826,7 @@ def note_each(count: int, lanes: Ints, ball: Array, flight: Array, row: int, row
 
 
 def advance(count: int, ball: Array, device: Array, aim: Array, sure: Bools, flight: Array) -> None:
-    """Bring some balls to their next impacts where these are `sure`; as `advance_each`, of arrays."""
+    """Bring some balls to their next impacts where these are `sure`, as `advance_each` but on whole arrays."""
     wall, v, phase = ball[:, :count]
     bottom, top, *rest = device[:, :count]
     r, (s, c) = pick(wall > 0.0, bottom, top), sine_and_cosine(phase)
@@ -862,13 +863,13 @@ def advance_each(count: int, ball: Array, device: Array, aim: Array, sure: Bools
 
 
 OF_ARRAYS = pick, root, note, advance
-"""Functions that do with arrays what compiled code does in loops."""
+"""Functions on whole arrays that compiled code replaces by loops."""
 
 
 def _follow_together(parameters: Array, starts: Array, impacts: int, rows: Array, summary: Array) -> None:
     """Follow some starts in lockstep under a sine, each exactly as `follow_start` does; see `follow_starts`.
 
-    What is no usual impact is left to that, from one impact to the next.
+    An impact that is not a usual one is left to `follow_start`, from one impact to the next.
     """
     count, kept = len(parameters), rows.shape[1]
     lanes, ball, device = np.arange(count), np.empty((3, count)), np.empty((6, count))
@@ -927,12 +928,12 @@ def follow_starts(
 
     `parameters` (n, 4) are d, gbar, and r at the bottom and at the top; `starts` (n, 4) wall (+1 bottom, -1 top,
     0 in flight), position (used in flight), velocity (before the impact, if on a wall) and phase in [0, 2 pi).
-    Of restitutions that fall with speed `laws` (n, 3) are the exponent, the speed at which they are stated, and the
-    most that they are; None of constant ones.
-    Of a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `zeros` (n, m, 2) the zeros
-    of Z'' ascending, each with the sign that makes Z concave from there on; both are None of a sine.
-    Of a force that was recorded `drive` (m, 6) are the cubics of Z'' one after another: every start is followed from
-    the beginning of the first to the end of the last, with the phase of a sine of its frequency. Else it is None.
+    For restitutions that fall with speed `laws` (n, 3) are the exponent, the speed at which they are stated, and their
+    largest value; None for constant ones.
+    For a force with harmonics `harmonics` (n, h, 3) are order, cosine and sine of each, and `zeros` (n, m, 2) the zeros
+    of Z'' ascending, each with the sign that makes Z concave from there on; both are None for a sine.
+    For a recorded force `drive` (m, 6) are the cubics of Z'' one after another: every start is followed from the
+    beginning of the first to the end of the last, with the phase of a sine of its frequency. Else it is None.
     Filled: `rows` (n, k, 6), where row i mod k holds impact i and 0 is the start, and `summary` (n, 3).
     """
     if laws is None and harmonics is None and drive is None and len(parameters) >= FEW:
@@ -957,7 +958,7 @@ def _pull(phase: float, g: float, harmonics: Array) -> float:
 
 
 def _exit(phase: float, zeros: Array, sign: float) -> Pair:
-    """Time to the first zero of Z'' after which Z is concave (sign 1) or convex (-1), and its phase; inf: no such."""
+    """Time to the first zero of Z'' after which Z is concave (sign 1) or convex (-1), inf if none, and its phase."""
     count, following = len(zeros), _next_zero(phase, zeros)
     for i in range(count):
         k, lap = following + i, 0.0
@@ -1043,9 +1044,9 @@ def next_way(
 ) -> tuple[float, float, float, float, float, float, float]:
     """Follow a ball with friction on one way: it slips until it strikes or stops, or is held until it is let go.
 
-    `way` is the sign of its velocity, 0 where it is held; `walls` are top <= 0 <= bottom as seen from it. Returned:
+    `way` is the sign of its velocity, 0 where it is held; `walls` are top <= 0 <= bottom as seen from it. Returned are
     time (inf: held for ever), displacement, velocity and phase at the end, whether it strikes, the sign of the way that
-    follows, and the evaluations. A ball that stops stays where friction holds it, |Z''| without it being no larger.
+    follows, and the evaluations. A ball that stops is held while |Z''| without friction is no larger than friction.
     """
     g, f = float(model[1]), float(model[4])
     if way == 0.0:
@@ -1129,12 +1130,12 @@ def _next_impact_rubbed(
 def _settle_rubbed(
     wall: float, v: float, phase: float, model: Array, harmonics: Array, r: float, zeros: Array
 ) -> tuple[bool, float, float, float]:
-    """Whether a ball with friction settles on the wall now, the time its last hops take, then rides, phase after it.
+    """Whether a ball with friction settles now, the times of its last hops and of the ride then, and the phase after.
 
     Pressed with A = |Z''| without friction it slows down by A + f on its way from the wall and speeds up by A - f on
     the way back: it comes back with rho = sqrt((A - f)/(A + f)) of its velocity, and all hops together take
-    v [1/(A + f) + rho/(A - f)]/(1 - r rho), A being constant. What A changes in that time is left out, where it is
-    below the tolerance.
+    v [1/(A + f) + rho/(A - f)]/(1 - r rho) for constant A. The change of A in that time is neglected where it is below
+    the tolerance.
     """
     g, f = float(model[1]), float(model[4])
     press = wall * _pull(phase, g, harmonics)
@@ -1201,8 +1202,8 @@ def follow_rubbed_starts(
 ) -> None:
     """Follow each start of a ball with friction for a number of impacts or to its end, as `follow_starts` does.
 
-    `parameters` (n, 5) have friction last. Of a sine `harmonics` (n, 0, 3) are none; `zeros` (n, 2, m, 2) are the zeros
-    of Z'' on the way up, Z' being negative, and on the way down.
+    `parameters` (n, 5) have friction last. For a sine `harmonics` are empty, (n, 0, 3); `zeros` (n, 2, m, 2) are the
+    zeros of Z'' on the way up, where Z' is negative, and on the way down.
     """
     for i in range(len(parameters)):
         _follow_rubbed(parameters[i], starts[i], impacts, rows[i], summary[i], harmonics[i], zeros[i])

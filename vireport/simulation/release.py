@@ -21,7 +21,7 @@ def release_phase(gbar: float) -> float:
     Raises
     ------
     ValueError
-        For gbar >= 1, where it never does.
+        For gbar > 1, where it never does.
     """
     return acos(-gbar)
 
@@ -34,7 +34,7 @@ class Press(NamedTuple):
     release : float
         Forcing phase at which it leaves [rad].
     share : float
-        Of the forcing period: the length of the interval, which ends with the release.
+        Length of the interval, which ends with the release, over the forcing period [-].
     free : float
         Length of the interval without pressure that follows [rad].
     """
@@ -45,7 +45,7 @@ class Press(NamedTuple):
 
 
 def presses(groups: Groups[float]) -> list[Press]:
-    """The intervals in which a ball at rest is pressed down: one a period of a sine, none where it never leaves.
+    """The intervals in which a ball at rest is pressed down: one in a period for a sine, none where it never leaves.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _stretches(groups: Groups[float]) -> list[_Stretch]:
     """The stretches of a period in which a ball at rest is pressed down and in which it is free, by turns.
 
     Invariant: they fill the period, each begins where the one before ends, and neighbours differ: where the
-    acceleration only touches zero, what is before and after is one. None where it has one sign all through the period.
+    acceleration only touches zero, one stretch goes on. Empty where it has one sign throughout the period.
     """
     phases = unaccelerated(groups.gravity(LEAVING), groups.harmonics)
     joined: list[_Stretch] = []

@@ -30,9 +30,9 @@ def start_speed(r: Restitution | SpeedLaw, fastest: ArrayLike = 0.0) -> Array:
     Parameters
     ----------
     r : array_like, Restitutions or SpeedLaw
-        Restitution coefficient; of two the larger counts, of a law those that it states.
+        Restitution coefficient; the larger of two counts, and for a law those that it states.
     fastest : array_like
-        Velocity of the fastest motion that is to be within reach [y_c].
+        Impact velocity of the fastest motion that starts shall reach [y_c].
     """
     largest = np.maximum(*stated(r))
     sustained = 2 / (pi * np.maximum(1 - np.asarray(largest, dtype=float), LEAST_LOSS))
@@ -53,7 +53,7 @@ def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int | Sequen
     speed : array_like
         Largest velocity, see `start_speed` [y_c]; one, or one for each d.
     count : int
-        Starts at each d.
+        Number of starts at each d.
     seed : int or sequence of int
         Of the random numbers; the same seed gives the same starts.
 
@@ -69,7 +69,7 @@ def random_starts(d: ArrayLike, speed: ArrayLike, count: int, seed: int | Sequen
 
 
 def even_starts(d: float, speed: ArrayLike, count: int) -> Array:
-    """States in flight that fill the set that `random_starts` draws from evenly, as a sequence of low discrepancy.
+    """States in flight, a sequence of low discrepancy that evenly fills the set from which `random_starts` draws.
 
     A few of them find more attractors than as many random ones. They need no generator, which takes longer to import
     than a few hundred impacts do.
@@ -81,7 +81,7 @@ def even_starts(d: float, speed: ArrayLike, count: int) -> Array:
     speed : array_like
         Largest velocity, see `start_speed` [y_c].
     count : int
-        Starts.
+        Number of starts.
 
     Returns
     -------

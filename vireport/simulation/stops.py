@@ -34,9 +34,9 @@ class Way(NamedTuple):
     Attributes
     ----------
     sign : float
-        Of Z'; 0 where friction holds the ball.
+        Sign of Z'; 0 where friction holds the ball.
     time : float
-        That it takes [t_c].
+        Duration [t_c].
     phase : float
         Forcing phase at its beginning [rad].
     velocity, end : float
@@ -74,12 +74,12 @@ def ways(model: Array, before: Array, position: float = 0.0) -> Iterator[Way]:
     before : array (6,)
         The impact that they begin with, a row of `kernel`, or a start in flight.
     position : float
-        Of a start in flight [x_c].
+        Position of a start in flight [x_c].
 
     Yields
     ------
     Way
-        Up to the next impact: without end, if there is none.
+        Ways up to the next impact; without end if there is none.
     """
     groups, plain, harmonics, zeros = _SearchedDevice.of(model)
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])
@@ -110,7 +110,7 @@ def moved_on(model: Array, before: Array, position: float, left: float) -> tuple
     model, before, position
         As of `ways`.
     left : float
-        The time [t_c]; it ends before the next impact.
+        The time [t_c], which ends before the next impact.
     """
     groups = groups_of(model)
     wall, held = float(before[WALL]), float(before[SETTLING] + before[RIDING])

@@ -1,7 +1,7 @@
 """Paths of simulated motions between their impacts, and the portraits of motions that are drawn from them.
 
-Turns d, gbar, r and impacts into paths. It shares the closed-form flight and the impact law with the
-analytic solution and nothing else, so that where both agree the agreement is evidence.
+It turns groups and impacts into paths. It shares the closed-form flight and the impact law with the analytic solution
+and nothing else, so that an agreement of both is evidence.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from vireport.simulation.stops import path_between
 
 Array = NDArray[np.float64]
 
-# Periods of a periodic motion in a portrait; impacts of one that is not periodic, and of the transient left out before.
+# Periods of a periodic motion in a portrait; impacts of a motion that is not periodic, and of the transient before it.
 PORTRAIT_PERIODS, PORTRAIT_IMPACTS, LEFT_OUT = 2, 12, 2000
 
 
@@ -53,7 +53,7 @@ def path(model: Array, rows: Array, samples: int = 40) -> tuple[Array, Array, Ar
     model : array (6 + 3 h,)
         A row of `check_model`.
     rows : array (n, 6)
-        Successive impacts, see `kernel`; the first is where it begins.
+        Successive impacts, see `kernel`; the path begins at the first.
     samples : int
         Points in each flight, its two ends included. The velocity jumps where a time occurs twice.
 
@@ -98,7 +98,7 @@ class Portrait(Struct, frozen=True, eq=False):
     phase : float
         Forcing phase at time zero, at an impact on the bottom where there is one [rad].
     time, position, velocity : ndarray
-        Dimensionless; the velocity jumps where a time occurs twice.
+        Path of the ball [t_c, x_c, y_c]; the velocity jumps where a time occurs twice.
     harmonics : tuple of Harmonic
         Of the force.
     """
@@ -118,7 +118,7 @@ class Portrait(Struct, frozen=True, eq=False):
 
 
 def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "", compiled: bool = True) -> Portrait:
-    """Draw the first periodic motion without rest that one of some starts leads to, or else that of the first start.
+    """The portrait of the first periodic motion without rest that a start leads to; else of the first start's motion.
 
     Parameters
     ----------
