@@ -7,10 +7,10 @@ e = d + (P_b - P_t)/pi^2, and gravity g_u up and g_d down (gbar, and friction),
     after the bottom   a_b = -e/Tu - g_u Tu/2 + I_b/pi        before the top      w_t = -e/Tu + g_u Tu/2 + I_t/pi
     after the top      a_t =  e/Td - g_d Td/2 + I_t/pi        before the bottom   w_b =  e/Td + g_d Td/2 + I_b/pi
 
-and r_b = -a_b/w_b, r_t = -a_t/w_t. The level of a sweep over a restitution is the curve on which stays constant,
+and r_b = -a_b/w_b, r_t = -a_t/w_t. A sweep over a restitution is the curve on which one quantity is held constant:
 
-- in a sweep over r_b, r_t (or the other way round): a_t + r_t w_t = 0, linear in sine and cosine of the phase;
-- in a sweep over both, D = r_b - r_t: a_b w_t - a_t w_b + D w_b w_t = 0, of the second degree in sine and cosine.
+- over r_b it holds r_t, or the other way round: a_t + r_t w_t = 0, linear in sine and cosine of the phase;
+- over both it holds D = r_b - r_t: a_b w_t - a_t w_b + D w_b w_t = 0, of the second degree in sine and cosine.
 
 Harmonics multiply these degrees. No membrane is in the formulae, so they have no digits to lose where r is near 1, as
 the surface of `orbits` has.

@@ -339,7 +339,7 @@ def wall_gap(orbit: Orbits, r: Restitution) -> Floats:
 
 
 class Touch(NamedTuple):
-    """A turning point near a wall: distance [x_c], flight time until then [t_c], upward?, near the wall left?"""
+    """A turning point near a wall: distance [x_c], flight time [t_c], whether upward, and whether at the wall left."""
 
     distance: float
     time: float

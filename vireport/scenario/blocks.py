@@ -36,27 +36,27 @@ MOST_VARIED = 4
 MOST_EFFECTS = 16
 
 UNITS = {"1": "", "deg": "°", "m/s^2": "m/s²", "N/m^h": "N/mʰ"}
-"""Units of keys that pages set in another way."""
+"""Units of keys that pages print in another way, by the unit as declared."""
 
 UNIT_OF_SWEPT = "the unit of the swept parameter"
-"""Stands for the unit of a value of whichever parameter is swept."""
+"""The unit, in a declaration, of a value of the parameter that is swept."""
 
 
 UNIT_OF_VARIED = "the unit of the input"
-"""Stands for the unit of a value of an input that may vary."""
+"""The unit, in a declaration, of a value of an input that may vary."""
 
 
 STEEPEST_RESTITUTION = -0.5
-"""Exponent of the speed with which a restitution falls, at least; of metals and polymers -0.25 to 0 is usual."""
+"""Least exponent with which a restitution falls with speed; -0.25 to 0 is usual for metals and polymers."""
 
 FLATTEST_RESTITUTION = -0.001
-"""Exponent of the speed at most, where it is looked at what it does."""
+"""Largest exponent of a restitution that falls with speed as an effect that is tried."""
 
 SLOWEST_STATED, FASTEST_STATED = 1e-3, 1e3
-"""Speeds of an impact at which a restitution can be stated [m/s]."""
+"""Least and largest speed of an impact at which a restitution can be stated [m/s]."""
 
 LARGEST_EFFECT = 50.0
-"""Most by which a restitution is changed to see what that does [%]."""
+"""Largest size of an effect that is tried [%]."""
 
 
 def is_printable(text: str) -> bool:
@@ -71,7 +71,7 @@ def _printable(text: str) -> str:
 
 
 TEXT = Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT), AfterValidator(_printable)]
-"""Free text. It gets onto terminals, into logs and onto pages, so that a key of this type can do no harm there."""
+"""Free text of one printable line, which can do no harm on terminals, in logs and on pages."""
 
 
 def _dielectric(title: str, unit: str, meaning: str, example: float) -> Any:
@@ -118,7 +118,7 @@ class CapsuleMotion(StrEnum):
 
 
 LARGEST_FRICTION = 2.0
-"""Coefficient of dry friction beyond that of any pair of materials that a ball would be let slide with."""
+"""Largest coefficient of dry friction, beyond that of any pair of materials of a ball and a capsule."""
 
 
 class DeviceBlock(Block):
@@ -205,7 +205,7 @@ class DeviceBlock(Block):
 
 
 LARGEST_HARMONIC = 50.0
-"""Harmonic of the force, over its amplitude [%]: the largest that is taken, and looked for where stable motion ends."""
+"""Largest amplitude of a harmonic over that of the force [%], also in the search for where stable motion ends."""
 
 HIGHEST_ORDER = 8
 """Order of the highest harmonic of a force."""
@@ -280,7 +280,7 @@ class SweepBlock(Block):
 
 
 class Direction(StrEnum):
-    """Which way a sweep is gone through where each value starts from the state that the last one ended in."""
+    """Direction of a slow sweep, in which each value starts from the state that the last one ended in."""
 
     NONE = "none"
     UP = "up"
@@ -364,7 +364,7 @@ def _percent(title: str, kind: str) -> Any:
 
 
 MOST_EFFICIENT = 100.0
-"""Most of the energy that impacts lose which can become electrical [%]: what is gained is part of what is lost."""
+"""Largest share of the energy lost in impacts that can become electrical [%]."""
 
 LONGEST_WORD = 16
 WORD = Annotated[str, Field(pattern="^[BT]+$", max_length=LONGEST_WORD, strict=True)]
@@ -534,7 +534,7 @@ class RequirementsBlock(Block):
 
 
 def _demands() -> dict[Demand, tuple[str, ...]]:
-    """The requirements that there are, with their keys, in the order of these."""
+    """All requirements with their keys, in the order of the keys."""
     keys: dict[Demand, tuple[str, ...]] = {}
     for name, field in RequirementsBlock.model_fields.items():
         (demand,) = (part for part in field.metadata if isinstance(part, Demand))
@@ -601,7 +601,7 @@ def _off_percent(varied: DesignInput) -> Any:
 
 
 class Distribution(StrEnum):
-    """How the inputs of the devices that are made lie within their tolerances."""
+    """Distribution of the inputs of devices within their tolerances."""
 
     UNIFORM = "uniform"
     NORMAL = "normal"
@@ -639,7 +639,7 @@ class TolerancesBlock(Block):
     )
 
     def off(self, varied: DesignInput) -> tuple[float, float]:
-        """The tolerance of an input, in its unit and in per cent: 0 where that is not given."""
+        """The tolerance of an input, in its unit and in per cent; 0 where one is not given."""
         return getattr(self, varied) or 0.0, getattr(self, percent_key(varied)) or 0.0
 
     def half_width(self, varied: DesignInput, value: float) -> float:
@@ -656,7 +656,7 @@ def percent_key(varied: DesignInput) -> str:
 MOST_RECORDS = 200
 
 LATEST = 1e9
-"""Time on a record's clock at most [s], of either sign."""
+"""Largest size of a time on a record's clock [s]."""
 
 
 class Approach(StrEnum):
@@ -678,7 +678,7 @@ class RecordedUnit(StrEnum):
 
 
 class RecordedSign(IntEnum):
-    """Whether a column is taken as it is or turned about."""
+    """Whether the sign of a column is kept or turned."""
 
     KEPT = 1
     TURNED = -1
@@ -849,7 +849,7 @@ class AxisPath(VariedPath):
 
 
 class DesignPath(VariedPath):
-    """What a design can vary: all that the device, its membranes and its excitation are given by."""
+    """The inputs that a design can vary, by their paths: those of the device, its membranes and its excitation."""
 
     INCLINATION = _VARIED_INCLINATION
     LENGTH = Parameter.LENGTH.path
@@ -871,12 +871,12 @@ class DesignPath(VariedPath):
 
 
 class Objective(StrEnum):
-    """What a design can be the best in; the value is a name of results.json's design point, or says what it is.
+    """The quantity that a best design maximises or minimises; the value is its name in results.json's design point.
 
     Attributes
     ----------
     words, unit : str
-        For the reader.
+        Name and unit for the reader.
     """
 
     words: str
@@ -910,12 +910,12 @@ class Objective(StrEnum):
 
     @property
     def path(self) -> DesignPath | None:
-        """The input that it is; None for a result."""
+        """The input that is the objective; None for a result."""
         return next((path for path in DesignPath if path.rpartition(".")[2] == self.value), None)
 
     @property
     def needs(self) -> str | None:
-        """What must be given for it, by its path in a scenario."""
+        """The path of the key that a scenario must give for the objective; None if it needs none."""
         if self in (Objective.POWER, Objective.EFFICIENCY):
             return "device.membrane.thickness_m"
         of_energy = Objective.U_AVE, Objective.VOLTAGE_RATE, Objective.U_BOTTOM, Objective.U_TOP, Objective.DEFLECTION
@@ -923,7 +923,7 @@ class Objective(StrEnum):
 
 
 class LeftOut(StrEnum):
-    """What a model may leave out; the value is its name in a scenario and in results.json."""
+    """Physical effects that a model may leave out; the value is the name in a scenario and in results.json."""
 
     RESTITUTION_BOTTOM = "restitution_bottom"
     RESTITUTION_TOP = "restitution_top"
@@ -935,7 +935,7 @@ class LeftOut(StrEnum):
 
     @property
     def varied(self) -> DesignInput | None:
-        """The input of which an effect is another value; None where it is none."""
+        """The input whose value an effect changes; None where it changes none."""
         return {
             LeftOut.RESTITUTION_BOTTOM: DesignInput.RESTITUTION_BOTTOM,
             LeftOut.RESTITUTION_TOP: DesignInput.RESTITUTION_TOP,
@@ -943,10 +943,10 @@ class LeftOut(StrEnum):
 
 
 SIZED = LeftOut.RESTITUTION_BOTTOM, LeftOut.RESTITUTION_TOP, LeftOut.SECOND_HARMONIC, LeftOut.FRICTION
-"""What is left out to a size; the others are there or not."""
+"""Effects that have a size in per cent."""
 
 EFFECTS = *SIZED, LeftOut.CAPSULE, LeftOut.RESTITUTION_SPEED
-"""What can be asked for: the membranes' own stiffness is always looked at, where their contacts are long."""
+"""Effects that a scenario can name; the membranes' own stiffness is always considered where contacts are long."""
 
 
 class EffectBlock(Block):
@@ -1037,7 +1037,7 @@ class DesignBlock(Block):
 
     @property
     def objective(self) -> Objective:
-        """What shall be as large or as small as possible; rules hold that one of both is given."""
+        """The quantity to maximise or minimise; the rules ensure that exactly one is given."""
         chosen = self.maximise if self.maximise is not None else self.minimise
         assert chosen is not None
         return chosen
@@ -1130,7 +1130,7 @@ class Scenario(Block):
         return Parameter.LENGTH if self.sweep is None else self.sweep.parameter
 
     def value_of(self, parameter: Parameter) -> float | None:
-        """Value of a parameter at the design point, None where it is not given."""
+        """Value of a parameter at the design point, in its unit; None where it is not given."""
         values = {
             Parameter.LENGTH: self.device.length_m,
             Parameter.AMPLITUDE: self.excitation.amplitude_n,
@@ -1139,7 +1139,7 @@ class Scenario(Block):
         }
         if not parameter.bounces:
             return values[parameter]
-        # That of one membrane alone may vary where both have one, and both where each has its own.
+        # The restitution of one membrane may vary where one number is given for both, and both where each has its own.
         bottom, top = self.device.restitution_bottom, self.device.restitution_top
         if bottom is None or top is None:
             return self.device.restitution
@@ -1150,7 +1150,7 @@ class Scenario(Block):
 
 @cache
 def keys_left_out(model: type[Block]) -> tuple[str, ...]:
-    """The paths of a file's keys that belong to an addition which is taken out: they are unknown ones."""
+    """The paths of a file's keys that belong to additions which are taken out, and so count as unknown."""
     return tuple(path for path, addition in keys_of_additions(model) if addition not in ADDITIONS)
 
 
@@ -1165,7 +1165,7 @@ def keys_of_additions(model: type[Block], block: str = "") -> Iterator[tuple[str
 
 
 def _block_in(annotation: object) -> type[Block] | None:
-    """The block that a key's value is, if it is one and no list of them."""
+    """The type of block that a key's value is; None if it is no block, or a list of blocks."""
     if isinstance(annotation, type) and issubclass(annotation, Block):
         return annotation
     parts = () if get_origin(annotation) is tuple else get_args(annotation)
@@ -1182,14 +1182,14 @@ class Sampling(StrEnum):
 
 
 class Input(NamedTuple):
-    """A value of a scenario, for the reader.
+    """A value of a scenario with its path, title and unit, for the reader.
 
     Attributes
     ----------
     path : str
         Dotted path of its key.
     title, unit : str
-        As they are declared; the unit is `UNIT_OF_SWEPT` for a value of the swept parameter.
+        Title and unit as declared; the unit is `UNIT_OF_SWEPT` for a value of the swept parameter.
     value : object
     """
 
@@ -1218,7 +1218,7 @@ def _kinds(annotation: object) -> Iterator[object]:
 
 
 def set_in_type(unit: str) -> str:
-    """The unit of a key as pages have it."""
+    """The unit of a key as pages print it."""
     return UNITS.get(unit, unit)
 
 
@@ -1228,9 +1228,9 @@ def unit_of(key: FieldInfo) -> str:
 
 
 def inputs(block: Block, path: str = "") -> Iterator[Input]:
-    """Every value of a block and of those within it, in the order of the format; what is absent is left out.
+    """Every value of a block and of the blocks within it, in the order of the format; absent ones are left out.
 
-    A list of blocks is left out too, where it says what a device might be and not what it is.
+    Lists of blocks other than harmonics are left out too, as they do not describe the device.
     """
     for name, field in type(block).model_fields.items():
         value, path_of_key = getattr(block, name), f"{path}{field.alias or name}"
@@ -1245,8 +1245,8 @@ def inputs(block: Block, path: str = "") -> Iterator[Input]:
 def to_dict(block: Block) -> dict[str, Any]:
     """Return a block as plain data, defaults filled in, by the names and in the order of the file.
 
-    What is optional and absent is None; keys of additions that are taken out are not among them. Loading the result
-    gives an equal block.
+    Optional keys that are absent are None; keys of additions that are taken out are left out. Loading the result gives
+    an equal block.
     """
     data = block.model_dump(mode="json", by_alias=True)
     for path in keys_left_out(type(block)):

@@ -1,4 +1,4 @@
-"""What keys of requirements say without being judged: how a value is held against its limit, and what that needs."""
+"""Declarations of requirements: how a value is compared with its limit, and what a scenario must give for that."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vireport.scenario.parameters import Parameter
 
 
 class LimitKind(Enum):
-    """How a value is held against a limit; the value is the text of the limit."""
+    """How a quantity is compared with a limit; the value is the text of the limit."""
 
     AT_LEAST = "at least {0:.12g} {unit}"
     AT_MOST = "at most {0:.12g} {unit}"
@@ -25,14 +25,14 @@ AT_LEAST, AT_MOST, RANGE, AGREEMENT, WORDS, HELD = LimitKind
 
 
 class Need(StrEnum):
-    """The path of what a scenario must give for a requirement to be judged.
+    """The path of a key that a scenario must give for a requirement to be judged.
 
     Attributes
     ----------
     why : str
-        Beginning of the message where it is not given.
+        Beginning of the message where the key is not given.
     paths : tuple of str
-        Of which one is enough.
+        Paths of which one is enough.
     """
 
     why: str
@@ -55,7 +55,7 @@ class Need(StrEnum):
 
 
 class Demand(Struct, frozen=True, eq=False):
-    """What the keys of a requirement say without being judged: the first half of its row.
+    """The declaration of a requirement, which its keys carry.
 
     Keys that carry the same object are one requirement: the two ends of a range, or lists that are joined.
 
@@ -66,10 +66,10 @@ class Demand(Struct, frozen=True, eq=False):
     at_design : bool
         Whether it is judged at the design point, so that a swept parameter needs a design value.
     over : Parameter or None
-        What a range is of, which itself needs no design value; None for the swept parameter.
+        The parameter of a range, which needs no design value itself; None for the swept parameter.
     usual : float or None
-        The limit that holds beside other requirements where none is given and the quantity is evaluated; None where
-        nothing is required then.
+        The limit that holds beside other requirements if none is given and the quantity is evaluated; None for no such
+        limit.
     """
 
     kind: LimitKind

@@ -4,8 +4,8 @@ A misread number is a wrong report, so nothing is guessed here: only the types o
 exist (``1e-3`` is a number, ``yes`` and ``1:30`` are text), a key stands once, and what a scenario has no use
 for (anchors, aliases, tags, several documents) is refused. The tree is built from parser events and is never
 deeper or larger than the limits below, so no input can exhaust the memory or the stack; composing PyYAML's nodes
-instead would end at the first alias, and lose every mistake before an error of syntax. What the keys mean is not
-known here.
+instead would end at the first alias, and lose every mistake before an error of syntax. This module does not know what
+the keys mean.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\u
 
 
 class Document(Struct, frozen=True):
-    """A YAML text as read: its tree, and where everything in it stands.
+    """A YAML text as read: its tree, and the lines of everything in it.
 
     Attributes
     ----------
@@ -72,10 +72,9 @@ class Document(Struct, frozen=True):
     written : dict of str to str
         Dotted path of every scalar to how it was written, with its quotes.
     mistakes : tuple of Mistake
-        What is left out of the tree. The document of a loaded scenario has none.
+        Mistakes whose values are left out of the tree. The document of a loaded scenario has none.
     unread : frozenset of str
-        Paths whose value is not known because of a mistake: nothing more can be said about what is below
-        them.
+        Paths whose value is not known because of a mistake: nothing more can be said about keys below them.
     """
 
     name: str
@@ -123,12 +122,12 @@ def join(path: str, key: str | int) -> str:
 
 
 def is_within(path: str, block: str) -> bool:
-    """Whether a path is that of a block, or of something in it."""
+    """Whether a path is a block's own, or that of a key in it."""
     return path == block or path.startswith(f"{block}.") or not block
 
 
 def is_within_any(path: str, blocks: Set[str]) -> bool:
-    """Whether a path is that of one of some blocks, or of something in one; takes as long however many there are.
+    """Whether a path is that of one of some blocks or of a key in one, in a time that does not grow with their number.
 
     Examples
     --------
@@ -344,8 +343,8 @@ def _with_whole_characters(text: str) -> str | None:
         return None
 
 
-# What is wrong with a text that is not YAML. The parser's own messages speak of tokens and block ends; these speak of
-# what was probably meant. The first of them whose text is in the parser's message explains it.
+# Explanations of a text that is not YAML. The parser's own messages speak of tokens and block ends, these of what was
+# probably meant. The first one whose text is in the parser's message counts.
 _EXPLANATIONS = (
     ("found character '\\t'", "a tab where YAML does not allow one (indent and separate with spaces)"),
     ("that cannot start any token", "a value cannot start with this character (put text in quotes)"),
@@ -384,9 +383,9 @@ def explain(error: Exception, text: str) -> tuple[int, str]:
     Parameters
     ----------
     error : yaml.YAMLError, ValueError or OverflowError
-        What the parser raised.
+        The error that the parser raised.
     text : str
-        The text it read.
+        The text that the parser read.
     """
     lines = text.split("\n")
     if not isinstance(error, yaml.MarkedYAMLError):

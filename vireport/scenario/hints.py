@@ -1,7 +1,7 @@
-"""What was probably meant by an unknown key, or by a text where a number belongs.
+"""Hints at what was probably meant by an unknown key, or by a text where a number belongs.
 
-Units are the usual slip, so they are looked for first: a key of ours with another unit, without one, or by
-the symbol it has in equations. Nothing is ever corrected silently; these are words for a message.
+Units are the usual slip, so they are looked for first: a scenario's key with another unit, without one, or by
+its symbol in equations. Nothing is ever corrected silently; these are words for a message.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from math import pi
 
 from vireport.scenario.document import join, scalar
 
-# Factor to the unit of our keys, by what follows a number or ends a key, in lower case.
+# Factor to the unit of a scenario's keys, by the text that follows a number or ends a key, in lower case.
 _LENGTHS = {"m": 1, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "km": 1e3}
 _LENGTHS |= {"in": 0.0254, "inch": 0.0254, "ft": 0.3048}
 _MASSES = {"kg": 1, "g": 1e-3, "mg": 1e-6, "ug": 1e-9, "t": 1e3, "lb": 0.45359237}
@@ -30,7 +30,7 @@ _UNITS: dict[str, dict[str, float]] = {
     "m/s^2": {"m_s2": 1, "m/s2": 1, "m/s^2": 1, "g": 9.80665, "cm_s2": 1e-2},
 }
 _DISPLAYED = {"kn": "kN", "mn": "mN", "un": "uN", "khz": "kHz", "kv": "kV", "mv": "mV", "rad_s": "rad/s"}
-# Other words for a key of ours, in lower case, without the unit.
+# Other words for a scenario's keys, in lower case, without the unit.
 _WORDS = {
     "angle": "inclination_deg",
     "beta": "inclination_deg",
@@ -88,11 +88,11 @@ def for_key(block: str, key: str, value: object, units: dict[str, str]) -> str:
     Parameters
     ----------
     block, key : str
-        Dotted path of the block it stands in, and the key, in quotes if it is no plain name.
+        Dotted path of the block that the key stands in, and the key, in quotes if it is no plain name.
     value : object
-        What it was given.
+        The value of the key as read.
     units : dict of str to str
-        Dotted path of every key there is, to its unit or "".
+        Unit of every key, or "", by its dotted path.
     """
     if len(key) > _LONGEST_KEY:
         return ""
@@ -116,7 +116,7 @@ def key_meant(block: str, key: str, value: object, units: dict[str, str]) -> tup
     """
     plain = key.strip("'").replace("-", "_").replace(" ", "_")
     target, advice = _by_unit(plain, value, block, units)
-    # A key of ours in another block is meant before one that begins like it.
+    # A key with this name in another block is meant before one that begins like it.
     if elsewhere := "" if join(block, plain) in units else _nearest(plain, block, units):
         target, advice = elsewhere, ""
     if not target:
@@ -131,7 +131,7 @@ def key_meant(block: str, key: str, value: object, units: dict[str, str]) -> tup
 
 
 def _by_unit(key: str, value: object, block: str, units: dict[str, str]) -> tuple[str, str]:
-    """Find a key of ours that is written here without its unit or with another one."""
+    """Find the path of a key that is written without its unit or with another one, and advice on the unit."""
     lower = key.lower()
     unit_of = {_split(path)[1]: unit for path, unit in units.items() if unit in _SUFFIX}
     named = reversed(unit_of.items())  # the first one counts: that of the input, not of its tolerance

@@ -1,4 +1,4 @@
-"""What a scenario may contain, for editors (JSON Schema) and for people (a commented scenario to start from).
+"""The keys of a scenario for editors (JSON Schema) and for people (a commented scenario to start from).
 
 The wording of mistakes reads its ranges and units from the JSON Schema, so that the two cannot say different things.
 """
@@ -19,12 +19,12 @@ from vireport.scenario.keys import added_keys
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 IDENTIFIER = "urn:uuid:4049c3a5-c16d-53b3-9cf7-2e6fde98309b"
-"""Names the schema of schema_version 1, wherever it lies; another version has another one. It is no address, as nobody
-could promise that one goes on answering.
+"""Name of the schema of schema_version 1, wherever it lies; another version has another name. It is no address, as
+nobody could promise that an address goes on answering.
 """
 
 OF_ADDITIONS = "addition", "behind", "in_map"
-"""What keys of additions are declared with that no reader needs."""
+"""Names in the declarations of additions' keys that no reader needs."""
 
 REQUIREMENTS = re.compile(r"^# requirements:.*\n(?:#   .*\n)+", re.MULTILINE)
 """The block of requirements in a complete scenario, commented out."""
@@ -36,8 +36,8 @@ _ORDER = ["title", "description", "type", "unit", "minimum", "maximum", "default
 def schema() -> dict[str, object]:
     """JSON Schema (draft 2020-12) of scenario.yaml: title, meaning, unit, type, range and example of every key.
 
-    It refuses what is wrong with one key alone. What holds between several keys, such as that the ball is lighter than
-    the capsule, `vireport check` says, with the line of each mistake.
+    It refuses mistakes in single keys. Rules between several keys, such as that the ball is lighter than the capsule,
+    are checked by `vireport check`, with the line of each mistake.
     """
     return {"$schema": DIALECT, "$id": IDENTIFIER, **_declared(Scenario)}
 
@@ -69,12 +69,12 @@ def _commented(block: str, declared: dict[str, dict[str, Any]], stated: str = ""
 
 
 def _row(rule: str, key: dict[str, Any]) -> str:
-    """A line of a complete scenario with what it is, and its unit."""
+    """A line of a complete scenario, with the title of its key and its unit as a comment."""
     return f"{rule:<32} # {key['title']}{', ' + key['unit'] if 'unit' in key else ''}\n"
 
 
 def _declared(model: type[Scenario]) -> dict[str, Any]:
-    """Schema of the keys as they are declared, without what holds between several of them."""
+    """Schema of the keys as they are declared, without the rules between several keys."""
     whole = model.model_json_schema()
     words = {name: node for name, node in whole["$defs"].items() if "enum" in node}
     whole["$defs"] = {name: node for name, node in whole["$defs"].items() if name not in words}
@@ -82,7 +82,7 @@ def _declared(model: type[Scenario]) -> dict[str, Any]:
 
 
 def _plain(node: dict[str, Any], words: dict[str, object]) -> dict[str, object]:
-    """A schema as a person would write it: a choice of words where it belongs, and null as one more type."""
+    """A schema as a person would write it: choices of words in place of references, and null as one more type."""
     node = {name: value for name, value in node.items() if name != "default" or value is not None}
     for name in OF_ADDITIONS:
         node.pop(name, None)

@@ -1,7 +1,7 @@
-"""What keys and blocks of a scenario are declared with, by the scenario itself and by additions.
+"""How keys and blocks of a scenario are declared, by the scenario itself and by additions.
 
-An addition declares its keys in its module `keys`, as `KEYS`: by its path, its type and its key, a block of its own and
-what it adds to a block of the scenario.
+An addition declares its keys in its module `keys`, as `KEYS`: the type and the key of each by its path, for a block of
+the addition and for keys that it adds to blocks of the scenario.
 """
 # Annotations are evaluated where they stand: as texts, pydantic compiled each of 200, a quarter of this import.
 
@@ -31,7 +31,7 @@ class Block(BaseModel):
     )
 
     def __repr__(self) -> str:
-        """The block without the keys that are not given."""
+        """The block with the keys that are given."""
         values = ", ".join(
             f"{key}={getattr(self, key)!r}" for key in type(self).model_fields if key in self.model_fields_set
         )
@@ -41,7 +41,7 @@ class Block(BaseModel):
 class _WhenGiven:
     """Has a block validated by its own validator, which pydantic builds when it is first used.
 
-    To build those of all blocks takes a hundredth of a run with --json, and most scenarios have few of them.
+    Building the validators of all blocks takes a hundredth of a run with --json, and most scenarios have few blocks.
     """
 
     def __get_pydantic_core_schema__(self, block: type[Block], _: GetCoreSchemaHandler) -> CoreSchema:
@@ -55,11 +55,11 @@ class _WhenGiven:
 AnyBlock = TypeVar("AnyBlock", bound=Block)
 
 WhenGiven = Annotated[AnyBlock, _WhenGiven()]
-"""A block that most scenarios are without."""
+"""A block that most scenarios do not have, validated as `_WhenGiven` says."""
 
 
 REQUIRED: object = ...
-"""Stands for the default of a key that has none."""
+"""In place of a default: the key must be given."""
 
 
 def key(
@@ -82,17 +82,17 @@ def key(
     default : object
         `REQUIRED` where there is none; it is the example as well where no `example` is given.
     title, unit, meaning : str
-        For the reader. The unit is "" where there is none, and "1" for a pure number.
+        Texts for the reader. The unit is "" where there is none, and "1" for a pure number.
     beyond : str
         Why a value beyond the range is refused.
     addition : str
-        Without which the key is an unknown one.
+        Name of the addition without which the key is unknown; "" for a key of the scenario itself.
     behind : str
-        Of an addition's key in a block of the scenario, the key that it stands behind.
+        For an addition's key in a block of the scenario, the key that it stands behind.
     in_map : str
-        Of an addition's block, why a map refuses it; "" where a map may have it.
+        For an addition's block, why a map refuses it; "" where a map may have it.
     **rules
-        Of pydantic.
+        Rules of pydantic, such as `ge`.
     """
     example = default if example is None and default is not REQUIRED else example
     extra = {"unit": unit, "beyond": beyond, "addition": addition, "behind": behind, "in_map": in_map}
@@ -107,7 +107,7 @@ def key(
 
 
 def positive(default: object, title: str, unit: str, meaning: str, **declared: Any) -> Any:
-    """Declare a key of a number above 0, as large as that of any device; see `key`."""
+    """Declare a key whose value is a number from `SMALLEST` to `LARGEST`; see `key`."""
     return key(default, title, unit, meaning, ge=SMALLEST, le=LARGEST, **declared)
 
 
@@ -144,7 +144,7 @@ def names_in_order(block: type[Block]) -> list[str]:
 
 
 def declared_with(of: FieldInfo, name: str) -> str:
-    """What a key is declared with beyond pydantic's own, such as its unit; "" where it is without."""
+    """A text in the declaration of a key beyond pydantic's own, such as its unit; "" where there is none."""
     extra = of.json_schema_extra
     return str(extra.get(name, "")) if isinstance(extra, dict) else ""
 

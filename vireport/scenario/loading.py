@@ -1,7 +1,7 @@
-"""Reads scenarios and map files, and what the command line sets, into validated, frozen values in SI units.
+"""Reads scenarios and map files, with values set on the command line, into validated, frozen values in SI units.
 
-A file that cannot be used is explained with every mistake in it at once, each by line and key. Nothing
-here knows what is computed from it.
+If a file cannot be used, every mistake in it is reported at once, by line and key. Nothing here knows what is computed
+from it.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 MOST_NAMES = 1_000  # files of a folder that are compared with the name of a missing one
 
 LONGEST_NAME = 60
-"""Characters that are shown of a text that is no name of a file."""
+"""Largest number of characters that are shown of a text that is no name of a file."""
 
 Source = str | Path | Mapping[str, object]
 Overrides = str | Sequence[str] | Mapping[str, object]
@@ -71,12 +71,11 @@ class Loaded(Struct, frozen=True):
     document : Document
         The file as it was read, before overrides.
     stated_keys : frozenset of str
-        Dotted paths of all keys and blocks that the file or an override gives; what is not in here is a
-        default.
+        Dotted paths of all keys and blocks that the file or an override gives; the others have defaults.
     overrides : tuple of str
         Values that replaced those of the file, as ``path=value``, in their order.
     place : ReadingPlace
-        Where the files that the scenario names are.
+        Place of the files that the scenario names.
     """
 
     scenario: Scenario
@@ -99,7 +98,7 @@ class Loaded(Struct, frozen=True):
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the file, and of a zero byte and the override for each override.
+        """SHA-256 of the text of the file, followed by a zero byte and the text of each override.
 
         Without overrides it is what ``sha256sum`` prints for the file.
         """
@@ -112,9 +111,9 @@ class LoadedMap(Struct, frozen=True):
     Attributes
     ----------
     scenario : Scenario
-        The scenario of the constant inputs; one that varies has a value of its axis.
-    block : Map
-        What varies.
+        The scenario of the constant inputs; an input that varies has a value of its axis.
+    block : MapBlock
+        The axes, and how cells are chosen.
     document : Document
         The file as it was read or, with overrides, a file that says the same.
     overrides : tuple of str
@@ -143,7 +142,7 @@ class LoadedMap(Struct, frozen=True):
 
     @property
     def design(self) -> Loaded | None:
-        """The scenario at the values that the file gives beside the map; None where one that varies has none.
+        """The scenario at the values that the file gives beside the map; None where an input that varies has none.
 
         Raises
         ------
@@ -215,7 +214,7 @@ def loads(
     Raises
     ------
     UsageError
-        For what is neither str nor bytes.
+        If `text` is neither str nor bytes.
     ScenarioError
         Where the scenario cannot be used, with all its mistakes.
     """
@@ -234,7 +233,7 @@ def loads(
 
 
 def with_default_blocks(loaded: Loaded) -> Loaded:
-    """A scenario with every block of `ADDED_IF_FULL` set over it that it lacks, as far as it can have them."""
+    """A scenario completed by overrides with every block of `ADDED_IF_FULL` that it lacks and can have."""
     barred = barred_blocks(loaded.scenario)
     lacking = [name for name in ADDED_IF_FULL if getattr(loaded.scenario, name) is None and name not in barred]
     overrides = (*loaded.overrides, *(f"{name}={{}}" for name in lacking))
@@ -284,7 +283,7 @@ def loads_map(text: str | bytes, name: str = "<text>", overrides: Overrides = ()
 
 
 def _contents(source: str | Path) -> tuple[bytes, str]:
-    """What a file holds, as far as a scenario may be long, and its name for messages."""
+    """The first `LARGEST_FILE` + 1 bytes of a file, and its name for messages."""
     if not isinstance(source, str | Path):
         raise UsageError(
             f"a scenario cannot be read from a value of type {type(source).__name__} (allowed: the path of a YAML file "
@@ -316,12 +315,12 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
     document : Document
     model : type
     stands_for : mapping of str to str
-        Paths of values that were filled in, to the path of what they were taken from.
+        Paths of values that were filled in, to the paths that they were taken from.
 
     Raises
     ------
     ScenarioError
-        With every mistake in it.
+        If it cannot be used, with every mistake in it.
     """
     file, keys = None, document.data
     findings = list[Finding]()
@@ -353,7 +352,7 @@ def _validated(document: Document, model: type[FileModel], stands_for: Mapping[s
 
 
 def _without(tree: object, path: str, block: str = "") -> tuple[object, list[Finding]]:
-    """A block without a key that is an unknown one, and the finding on it, if it is there."""
+    """A block without a key that counts as unknown, and the finding on that key if it is there."""
     name, _, rest = path.partition(".")
     if not isinstance(tree, dict) or name not in tree:
         return tree, []
@@ -366,7 +365,7 @@ def _without(tree: object, path: str, block: str = "") -> tuple[object, list[Fin
 
 
 def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, object], dict[str, str]]:
-    """The tree of a map file with a value of every parameter that varies, and the axis that each is taken from."""
+    """The tree of a map file with a value of every input that varies, and the paths of the axes they are taken from."""
     filled, stands_for = deepcopy(data), {}
     for k, axis in enumerate(rows_of(data, *AXES)):
         path = path_of(axis, AxisPath)
@@ -381,9 +380,9 @@ def _with_a_value_of_each_axis(data: Any) -> tuple[dict[str, object], dict[str, 
 
 
 def _value_on(axis: dict[str, object], path: AxisPath) -> float:
-    """A value of an axis that stands in the scenario: its first, or its largest for the ball's mass.
+    """A value of an axis for the scenario of a map: the first one, or the largest for the ball's mass.
 
-    Of the rules between several keys, the one that a map can break is that the ball is lighter than the capsule.
+    The one rule between several keys that a map can break is that the ball is lighter than the capsule.
     """
     low, high = path.limits
     on_axis = axis.get("values") or [axis.get("from"), axis.get("to")]

@@ -1,4 +1,4 @@
-"""The wording of mistakes: what is wrong, with the value that was given, and what is allowed.
+"""The wording of mistakes: the fault, the value that was given, and what is allowed.
 
 Ranges, units and keys come from the JSON Schema, which comes from the declarations of the keys.
 """
@@ -35,8 +35,8 @@ Schema = dict[str, Any]
 def worded(findings: Iterable[Finding], document: Document, model: type[Scenario]) -> tuple[list[Mistake], int]:
     """Turn findings into mistakes with their lines, the first ones of the file, and count the others.
 
-    The first finding on a path stands for all. What is wrong below a path that could not be read is left out, as it
-    follows from that mistake; so is a key that is missing where an unknown one stands for it.
+    The first finding on a path stands for all. Findings below a path that could not be read are left out, as they
+    follow from that mistake, and so are missing keys for which an unknown one stands.
     """
     wording, first = _Wording(document, keys(model)), dict[str, Finding]()
     for finding in findings:
@@ -102,14 +102,14 @@ class _Wording:
         return {self.meant(finding.path, finding.value) for finding in unknown} - {""}
 
     def place(self, path: str) -> tuple[str, str]:
-        """Block that an unknown key stands in, and the key."""
+        """The path of the block that an unknown key stands in, and the key."""
         block = path
         while block and (block == path or _pattern(block) not in self.keys):
             block = block.rpartition(".")[0]
         return block, path.removeprefix(f"{block}.") if block else path
 
     def ruling(self, path: str) -> Schema:
-        """Schema that a value must meet: that of its key, or of the parameter that it is a value of."""
+        """Schema that a value must meet: of its key, or of the parameter that it is a value of."""
         key = self.keys[_pattern(path)]
         if key.get("unit") == UNIT_OF_SWEPT and "array" not in _kinds(key):
             parameter = swept(self.document)
@@ -167,12 +167,12 @@ def _wrong(path: str, value: object, written: str, key: Schema) -> str:
 
 
 def _choice_text(choice: str) -> str:
-    """A word that a key may be; a mark in quotes, as between the commas of a list it would not be seen."""
+    """A word that a key may be; a single mark in quotes, as it would be lost between the commas of a list."""
     return choice if len(choice) > 1 or choice.isalnum() else repr(choice)
 
 
 def _choices(key: Schema) -> list[str]:
-    """The words that a key may be; what may be left out is null in its schema."""
+    """The words that a key may be, without the null of a key that may be left out."""
     return [str(word) for word in key["enum"] if word is not None]
 
 
@@ -212,7 +212,7 @@ def _names(keys: Iterable[str]) -> str:
 
 
 def allowed(key: Schema) -> str:
-    """What a key may be by its JSON Schema: its type, range and unit, in words."""
+    """The type, range and unit that a key may have by its JSON Schema, in words."""
     kinds = _kinds(key)
     unit = f", in {key['unit']}" if key.get("unit", "1") != "1" else ""
     if "object" in kinds:

@@ -1,4 +1,4 @@
-"""Values set on the command line or by a script, ``path=value``, put over those of a document.
+"""Overrides: values set on the command line or by a script, ``path=value``, which replace those of a document.
 
 The value is read by the same rules as the file's, so ``--set`` can neither do more nor less than the file.
 Whether the result makes sense is decided by the same validation.
@@ -33,12 +33,12 @@ def as_texts(overrides: str | Sequence[str] | Mapping[str, object]) -> tuple[str
 
 
 def yaml_of(value: object, indent: int | None = None) -> str:
-    """A value of a scenario, or a mapping of its keys, as JSON, which is YAML; numbers and arrays of NumPy as others.
+    """A value of a scenario, or a mapping of its keys, as JSON, which is YAML; NumPy's numbers and arrays are allowed.
 
     Raises
     ------
     UsageError
-        Where it holds what a scenario cannot.
+        If it holds a value that a scenario cannot have.
     """
     try:
         return json.dumps(value, ensure_ascii=False, indent=indent, default=_of_numpy)
@@ -47,7 +47,7 @@ def yaml_of(value: object, indent: int | None = None) -> str:
 
 
 def _of_numpy(value: object) -> object:
-    # Asked of the value, as to check a file takes no NumPy.
+    # By its method, so that checking a file does not import NumPy.
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"a scenario cannot hold a value of type {type(value).__name__}")
@@ -98,7 +98,7 @@ def apply(document: Document, overrides: Iterable[str]) -> Document:
 
 
 def _place(data: dict[str, Any], steps: list[str], value: object, lines: dict[str, int]) -> str | None:
-    """Set a value in the tree, making the blocks it needs; returns the path of what is in the way, if any."""
+    """Set a value in the tree, making the blocks it needs; return the path of an obstacle, None if there is none."""
     for count, step in enumerate(steps[:-1], 1):
         place = ".".join(steps[:count])
         if data.get(step) is None:

@@ -1,4 +1,4 @@
-"""The inputs of a device: the four that can be swept, and all that a design point has margins in."""
+"""The inputs of a device: those that can be swept, and those that a design point has margins in."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vireport.text.formatting import OF_A_MODEL, Exactness, rounded_text, stated
 SMALLEST, LARGEST = 1e-15, 1e15
 
 LARGEST_RESTITUTION = 1 - 1e-6
-"""Beyond it motions draw together as 1 - r, and are not resolved."""
+"""Largest restitution of a sweep or margin: beyond it motions draw together as 1 - r, and are not resolved."""
 
 
 class Named:
-    """What has a name, a symbol and a unit, and how it is printed with them: one form each, wherever it stands."""
+    """A quantity with a name, a symbol and a unit, and the one form of printing it in each kind of place."""
 
     quantity: str
     symbol: str
@@ -47,7 +47,7 @@ class Named:
         return self.with_unit(stated_text(value))
 
     def place(self, value: float, error: float | Exactness | None = None) -> str:
-        """Print where something is, as s = 0.5 m: a value that a scenario states or, with an error, one of a model."""
+        """Print a place, as s = 0.5 m: a value that a scenario states or, with an error, a value of a model."""
         return f"{self.symbol} = {self.stated(value) if error is None else self.show(value, error)}"
 
     def signed(self, distance: float, error: float | Exactness = OF_A_MODEL) -> str:
@@ -61,7 +61,7 @@ class ScalarInput(Named, StrEnum):
     Attributes
     ----------
     path : str
-        Where it stands in a scenario.
+        Path of its key in a scenario.
     quantity, symbol, unit : str
         Name for the reader, the paper's symbol, and the symbol of the unit.
     limits : tuple of float
@@ -122,7 +122,7 @@ _RESTITUTION_TOP = (
 class Parameter(ScalarInput):
     """An input that can be swept: one of `DRIVING`, or a restitution.
 
-    `RESTITUTION` is that of both membranes, which move together; the other two are those of one alone.
+    `RESTITUTION` moves that of both membranes together; the other two restitutions belong to one membrane each.
     """
 
     LENGTH = _LENGTH
@@ -135,17 +135,17 @@ class Parameter(ScalarInput):
 
     @property
     def bounces(self) -> bool:
-        """Whether the parameter is a restitution: what membranes do, while what drives the ball stays as it is."""
+        """Whether the parameter is a restitution, which leaves the groups d and gbar as they are."""
         return self not in DRIVING
 
     @property
     def moves_d(self) -> bool:
-        """Whether the group d varies with it, by which motions are then ordered and drawn."""
+        """Whether the group d varies with the parameter; motions are then ordered and drawn by d."""
         return self in (Parameter.LENGTH, Parameter.AMPLITUDE, Parameter.FREQUENCY)
 
     @property
     def keeps_symmetry(self) -> bool:
-        """Whether a horizontal capsule that is its own mirror image stays so where it varies."""
+        """Whether a horizontal capsule that is its own mirror image stays so where the parameter varies."""
         return self not in (Parameter.INCLINATION, Parameter.RESTITUTION_BOTTOM, Parameter.RESTITUTION_TOP)
 
 
@@ -156,7 +156,7 @@ DRIVING = Parameter.LENGTH, Parameter.AMPLITUDE, Parameter.FREQUENCY, Parameter.
 class DesignInput(ScalarInput):
     """An input that a design point has margins in: one that can be swept, the capsule's mass, or a restitution.
 
-    `RESTITUTION` is that of both membranes, which move together; the other two are those of one alone.
+    `RESTITUTION` moves that of both membranes together; the other two restitutions belong to one membrane each.
     """
 
     LENGTH = _LENGTH

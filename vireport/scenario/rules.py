@@ -1,6 +1,6 @@
-"""What must hold between several keys of a scenario or a map file, checked on the tree as it was read.
+"""The rules between several keys of a scenario or a map file, checked on the tree as it was read.
 
-Not part of the validation of single values, which would check such rules only once every value is right, so that
+They are not part of the validation of single values, which would check them only once every value is right, so that
 mistakes would be reported in two rounds.
 """
 
@@ -38,10 +38,10 @@ ADDED_EFFECTS = {
     LeftOut.SECOND_HARMONIC: "a harmonic at its worst phase",
     LeftOut.FRICTION: "friction that is added",
 }
-"""Effects whose size is above 0, and what they are."""
+"""Effects whose size is above 0, with their names in messages."""
 
 NARROWEST_SWEEP = 1e-9
-"""Relative width of a sweep up to which its ends are taken for one value: rounding leaves nothing in between."""
+"""Relative width of a sweep up to which its ends count as one value: rounding leaves nothing in between."""
 
 STIFFEST = 1e12
 """Largest factor on a membrane's stiffness."""
@@ -59,13 +59,13 @@ RESTITUTION_ALLOWED = "either restitution, of both membranes, or restitution_bot
 HARMONICS = "excitation.harmonics"
 
 SINE_ONLY = "accuracy", "design", "map"
-"""Blocks that ask for what is not known of a force with harmonics."""
+"""Blocks that are available for a force without harmonics only."""
 
 RECORD, MANY_DEVICES = "excitation.record", ("design", "map")
-"""A record, and blocks that ask for other devices than the one that it is driven through."""
+"""The key of a record of acceleration, and blocks that evaluate other devices than the one it is driven through."""
 
 PROVE = "disturbances.prove"
-"""What is not proved of such a force."""
+"""The key that asks for a proof, which is available for a force without harmonics only."""
 
 ESCAPE, KICKS = "disturbances.escape", "disturbances.jitter_m_s"
 """How long a motion lasts under kicks, and the kicks."""
@@ -74,16 +74,16 @@ FRICTION, EXPONENT, STATED = "device.friction", "device.restitution_exponent", "
 
 
 class Special(NamedTuple):
-    """A key of a ball that not everything knows, and what is not asked for where it is not 0.
+    """A key of a device that, where it is not 0, excludes other blocks.
 
     Attributes
     ----------
     key : str
-        Its path.
+        Path of the key.
     plain : str
-        Where blocks are available: "without friction".
+        The case in which the blocks are available, in words such as "without friction".
     blocks : tuple of str
-        Blocks that are available there only.
+        Blocks that are available in that case only.
     """
 
     key: str
@@ -109,7 +109,7 @@ SPECIAL = (
         ("sweep", "motions", "disturbances", "measured", "tolerances", *SINE_ONLY),
     ),
 )
-"""Keys of a ball that exclude blocks."""
+"""Keys of a device that exclude blocks."""
 
 NOT_BOUNCING = {
     "motions": "along a sweep of a restitution only 1:1 motions are computed",
@@ -118,12 +118,12 @@ NOT_BOUNCING = {
 """Blocks that a sweep of a restitution does not have, and why."""
 
 ADDED_IF_FULL = (*(("disturbances",) if "outcomes" in ADDITIONS else ()), "motions", "simulation")
-"""Blocks that `--full` adds: each of their keys has a default. So have those of `accuracy`, which takes ten times as
+"""Blocks that `--full` adds: each of their keys has a default. `accuracy` has only defaults too, but takes ten times as
 long as all of these; `vireport verify` measures it."""
 
 
 def barred_blocks(scenario: Scenario) -> frozenset[str]:
-    """The blocks that a scenario cannot have for its force, its ball or what it sweeps."""
+    """The blocks that a scenario cannot have because of its force, its ball or its sweep."""
     blocks = {name for special in SPECIAL if getattr(scenario.device, special.name) for name in special.blocks}
     if scenario.excitation.distorted:
         blocks.update(SINE_ONLY)
@@ -133,23 +133,23 @@ def barred_blocks(scenario: Scenario) -> frozenset[str]:
 
 
 PLAIN_REQUIREMENTS = "word", "words", "inclination_from_deg", "inclination_to_deg"
-"""Requirements that are judged of a ball alone that is not special."""
+"""Requirements that are judged only where no `SPECIAL` key is given."""
 
 OF_WORDS = PLAIN_REQUIREMENTS[:2]
-"""Those of them that concern motions with other sequences of impacts."""
+"""Requirements that concern motions with other sequences of impacts."""
 
 MOST_STATED = 0.99
-"""Restitution that one which falls with speed is below: that of slow impacts would be 1 and beyond."""
+"""Upper limit of a restitution that falls with speed as stated: for slow impacts it would be 1 and more."""
 
 _RESTITUTION_PATHS = tuple(f"device.{name}" for name in ("restitution", *RESTITUTIONS))
 
 NEAREST_RESTITUTIONS = 1e-9
-"""Difference of two restitutions below which the motions next to where a pitchfork was are not resolved."""
+"""Difference of two restitutions below which motions next to the pitchfork of equal ones are not resolved."""
 
 InputPath = TypeVar("InputPath", AxisPath, DesignPath)
 
 LARGER = {DesignPath.BALL_MASS: DesignPath.CAPSULE_MASS, DesignPath.BALL_RADIUS: DesignPath.ACTIVE_RADIUS}
-"""What an input must be below."""
+"""The input that each of these inputs must be below."""
 
 DIELECTRIC = "thickness_m", "relative_permittivity", "breakdown_field_v_m"
 """Keys of a membrane that are given together."""
@@ -165,7 +165,7 @@ SWITCHES = tuple(key for demand, keys in DEMANDS.items() if demand.kind is Limit
 
 
 def needing(need: Need) -> list[str]:
-    """The keys of requirements that need something to be given."""
+    """The keys of requirements that need a given key."""
     return [key for demand, keys in DEMANDS.items() if need in demand.needs for key in keys]
 
 
@@ -176,18 +176,18 @@ def judged_at_design(swept: Parameter) -> list[str]:
 
 
 class Kind(Enum):
-    """What may be wrong with a key."""
+    """The kinds of mistakes in a key."""
 
     MISSING = auto()
     UNKNOWN = auto()
     VALUE = auto()
     """A value of the wrong type or out of the range of its key, or of the parameter that it is a value of."""
     RULE = auto()
-    """Does not fit what is elsewhere: the value of the finding is the message."""
+    """The key does not fit other keys: the value of the finding is the message."""
 
 
 class Finding(NamedTuple):
-    """A mistake at the path of a key: its kind, and the value or, of a rule, the message."""
+    """A mistake at the path of a key: its kind, and the value of the key or, for a rule, the message."""
 
     path: str
     kind: Kind
@@ -200,7 +200,7 @@ def inconsistencies(document: Document, wrong: AbstractSet[str], model: type[Sce
     Parameters
     ----------
     document : Document
-        Its tree is a block.
+        The document, whose tree is a block.
     wrong : set of str
         Paths that are wrong in themselves: they are not compared with anything.
     model : type
@@ -240,7 +240,7 @@ def swept(document: Document) -> Parameter | None:
 
 
 def rows_of(data: Any, block: str, key: str) -> list[Any]:
-    """The axes of a map file, or what may vary in a design, as they were read."""
+    """The rows of a list in a block, as they were read; empty if there is no such list."""
     rows = data[block].get(key) if isinstance(data.get(block), dict) else None
     return rows if isinstance(rows, list) else []
 
@@ -250,7 +250,7 @@ AXES, VARIED = ("map", "axes"), ("design", "vary")
 
 
 def path_of(row: object, paths: type[InputPath]) -> InputPath | None:
-    """What an axis of a map, or an input of a design, varies; None where that cannot be known."""
+    """The input that an axis of a map, or a row of `design.vary`, varies; None where that cannot be known."""
     named = row.get("path") if isinstance(row, dict) else None
     return next((path for path in paths if path == named), None)
 
@@ -283,7 +283,7 @@ class _Tree:
 
     @property
     def no_design(self) -> bool:
-        """Whether the parameter that is swept has no value beside the sweep; a restitution always has one."""
+        """Whether the swept parameter has no value beside the sweep; a restitution always has one."""
         return self.swept is not None and not self.swept.bounces and self.absent(self.swept.path)
 
     def number(self, path: str) -> float | None:
@@ -333,7 +333,7 @@ def _restitutions(tree: _Tree) -> Iterator[Finding]:
 
 
 def _harmonics(tree: _Tree) -> Iterator[Finding]:
-    """Each order is there once; and what only knows a force that is a sine is not asked for beside harmonics."""
+    """Each order stands once, and blocks that are available for a sine only do not stand beside harmonics."""
     rows = rows_of(tree.data, "excitation", "harmonics")
     orders = [row.get("order") if isinstance(row, dict) else None for row in rows]
     for k, order in enumerate(orders):
@@ -349,7 +349,7 @@ def _harmonics(tree: _Tree) -> Iterator[Finding]:
 
 
 def _recorded(tree: _Tree) -> Iterator[Finding]:
-    """A record is driven through one device, whose capsule it moves and whose ball slides."""
+    """A record is driven through one device, whose capsule is prescribed and whose ball has no friction."""
     if tree.at(RECORD) is None:
         return
     for path in MANY_DEVICES:
@@ -362,7 +362,7 @@ def _recorded(tree: _Tree) -> Iterator[Finding]:
 
 
 def _special(tree: _Tree) -> Iterator[Finding]:
-    """What does not know friction, or a restitution that falls with speed, is not asked for beside it."""
+    """Blocks that exclude friction, or a restitution that falls with speed, do not stand beside it."""
     for special in SPECIAL:
         if not tree.number(special.key):
             continue
@@ -378,7 +378,7 @@ def _special(tree: _Tree) -> Iterator[Finding]:
 
 
 def _friction(tree: _Tree) -> Iterator[Finding]:
-    """A ball with friction bounces, at one inclination."""
+    """With friction no restitution is zero, and the inclination is not swept."""
     if not (tree.number(FRICTION) or 0.0) > 0:
         return
     if tree.at("sweep") is not None and tree.swept is Parameter.INCLINATION:
@@ -390,7 +390,7 @@ def _friction(tree: _Tree) -> Iterator[Finding]:
 
 
 def _falling(tree: _Tree) -> Iterator[Finding]:
-    """A restitution that falls with speed is stated at one, below 1 at others, of a ball that bounces."""
+    """A restitution that falls with speed is stated at a speed, above 0 and below `MOST_STATED`."""
     stated = not tree.absent(STATED) and STATED not in tree.wrong
     if stated and tree.absent(EXPONENT):
         yield _rule(STATED, f"the restitution does not depend on the speed (give {EXPONENT}, or leave this out)")
@@ -506,7 +506,7 @@ def _out_of_range(tree: _Tree, values: list[tuple[str, Any]]) -> Iterator[Findin
 
 
 def _tolerances(tree: _Tree) -> Iterator[Finding]:
-    """There is one, of a value that is not 0 if in per cent, and every value within it is allowed."""
+    """At least one tolerance is given, none in per cent of 0, and every value within it is allowed."""
     block = tree.at("tolerances")
     for varied in DesignInput if isinstance(block, dict) else ():
         value = tree.number(varied.path)
@@ -558,7 +558,7 @@ def _off_the_sweep(tree: _Tree, path: str, value: Any) -> Iterator[Finding]:
 
 
 def _measured(tree: _Tree) -> Iterator[Finding]:
-    """A record is of a value within the sweep, if there is one; and what is not known has no error."""
+    """A record is of a value within the sweep, if there is one; and a time that is not given has no error."""
     rows = tree.at("measured")
     for k, row in enumerate(rows if isinstance(rows, list) else []):
         path = f"measured.{k}"
@@ -580,7 +580,7 @@ def _power_of_two(path: str, samples: object) -> Iterator[Finding]:
 
 
 def _effects(tree: _Tree) -> Iterator[Finding]:
-    """Each effect has the size that it needs, with which a restitution is still one."""
+    """Each effect has the size that it needs, and leaves a restitution below 1."""
     rows = tree.at("effects")
     for k, row in enumerate(rows if isinstance(rows, list) else []):
         path, named = f"effects.{k}", row.get("effect") if isinstance(row, dict) else None
@@ -663,7 +663,7 @@ def _escape(tree: _Tree) -> Iterator[Finding]:
 
 
 def _design(tree: _Tree) -> Iterator[Finding]:
-    """The best design is looked for among values that each input can have, by what the scenario evaluates."""
+    """A best design varies each input once, within its limits, and by a quantity that the scenario evaluates."""
     rows = rows_of(tree.data, *VARIED)
     paths = [path_of(row, DesignPath) for row in rows]
     for k, (row, path) in enumerate(zip(rows, paths, strict=True)):
@@ -686,7 +686,7 @@ def _design(tree: _Tree) -> Iterator[Finding]:
 
 
 def _objective(tree: _Tree, paths: list[DesignPath | None]) -> Iterator[Finding]:
-    """Exactly one number is to be as large or as small as possible: an input that varies, or what is evaluated."""
+    """Exactly one quantity is maximised or minimised: an input that varies, or a result that is evaluated."""
     if tree.absent("design"):
         return
     stated = [key for key in ("maximise", "minimise") if not tree.absent(f"design.{key}")]
@@ -721,7 +721,7 @@ def _design_sizes(tree: _Tree, rows: dict[DesignPath | None, tuple[str, object]]
 
 
 def _ends_of(tree: _Tree, path: DesignPath, place: str, row: Any) -> list[tuple[str, float]]:
-    """Where the ends of an input's range are given, and what they are; of one that does not vary, its value."""
+    """The paths and values of the ends of an input's range; for an input that does not vary, of its value."""
     if row is not None:
         return [(f"{place}.{end}", row[end]) for end in ("from", "to") if is_number(row.get(end))]
     value = default_of(path) if tree.at(path) is None else tree.number(path)
@@ -729,7 +729,7 @@ def _ends_of(tree: _Tree, path: DesignPath, place: str, row: Any) -> list[tuple[
 
 
 def default_of(path: str) -> float | None:
-    """What a key of the membrane is where it is not given; None of others."""
+    """The default of a key of the membrane; None for other keys."""
     return getattr(MembraneBlock(), path.removeprefix(MEMBRANE)) if path.startswith(MEMBRANE) else None
 
 
@@ -765,7 +765,7 @@ def _accuracy(tree: _Tree) -> Iterator[Finding]:
 
 
 def _axes(tree: _Tree) -> Iterator[Finding]:
-    """The axes of a map: what each needs, and that no two vary the same parameter."""
+    """Each axis of a map has the keys that it needs, and no two vary the same input."""
     sampling = _sampling(tree)
     first_axis: dict[AxisPath, int] = {}
     for k, axis in enumerate(rows_of(tree.data, *AXES)):
@@ -822,7 +822,7 @@ def _sampling(tree: _Tree) -> object:
 
 
 def _cells(tree: _Tree) -> Iterator[Finding]:
-    """The number of cells: it follows from the axes, or it must be given."""
+    """The number of cells follows from the axes, or is given."""
     sampling, samples = _sampling(tree), tree.at("map.samples")
     axes = [axis for axis in rows_of(tree.data, *AXES) if isinstance(axis, dict)]
     lengths = [len(axis["values"]) if isinstance(axis.get("values"), list) else axis.get("count") for axis in axes]

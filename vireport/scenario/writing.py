@@ -1,4 +1,4 @@
-"""Scenarios as text: what programs have made of one, as a file that can be run."""
+"""Scenarios as text: writes a scenario that a program has changed as a file that can be run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import yaml
 from vireport.scenario.blocks import Scenario, to_dict
 
 OF_DEVICE = "schema_version", "title", "device", "excitation", "inclination_deg", "gravity_m_s2", "period_ratio"
-"""Keys of a scenario that say what the device is; the others ask for something."""
+"""Keys of a scenario that describe the device; the others ask for results."""
 
 
 def as_yaml(data: Mapping[str, object]) -> str:
@@ -19,7 +19,7 @@ def as_yaml(data: Mapping[str, object]) -> str:
     Parameters
     ----------
     data : mapping
-        By the names of the file, as `to_dict` has them; None is absent.
+        Values by the names of the file, as `to_dict` returns them; None is left out.
     """
     return str(yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True))
 
@@ -35,7 +35,7 @@ def names_records(scenario: Scenario) -> bool:
 
 
 def with_paths(data: Mapping[str, Any], moved: Callable[[str], str]) -> dict[str, object]:
-    """The data of a scenario, as `to_dict` has it, with other paths of the records that it names."""
+    """The data of a scenario, as `to_dict` returns it, with the paths of its records changed by a function."""
     tree = dict(data)
     if tree["excitation"]["record"] is not None:
         tree["excitation"] = tree["excitation"] | {"record": moved(tree["excitation"]["record"])}
