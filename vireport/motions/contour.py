@@ -371,7 +371,7 @@ def _hidden(surface: ContourPlane, u: Floats, phi: Floats, values: Floats) -> li
 
 
 def _around(surface: ContourPlane, u: float, phi: float, reach: float) -> Contour:
-    """The small closed curve through a place with the half width `reach` in u, as points a tenth of that width apart."""
+    """The small closed curve through a place with the half width `reach` in u, as points a tenth of that apart."""
     # Measured by its extents in u and in the phase, the curve is round: steps on it are then of one size.
     points, place = [(u, phi)], np.array([u, phi])
     _, by_u, by_phi = (float(x[0]) for x in surface.gradient(np.array([u]), np.array([phi])))
