@@ -192,7 +192,7 @@ def cycles_by_starts(groups: Groups[float], compiled: bool) -> Iterator[Simulate
     Parameters
     ----------
     groups : Groups
-        Of the device, as numbers.
+        Groups of the device, as numbers.
     compiled : bool
         Whether to compile the simulation, where numba is there, and to try more starts.
     """

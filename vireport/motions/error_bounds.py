@@ -244,7 +244,7 @@ def distance_bounds(curve: Curve, model: Model, x: Floats) -> Floats:
     curve : Curve
         Of the motions.
     model : Model
-        Of its sweep.
+        Groups over the sweep.
     x : ndarray (n, 2N + 1)
         Velocities [y_c], times [t_c] and coordinate of each motion.
 
@@ -344,7 +344,7 @@ def family_bounds(sweep: Sweep, model: Model, x: Floats, distance: Floats, sweep
     ----------
     sweep : Sweep
     model : Model
-        Of the sweep.
+        Groups over the sweep.
     x : ndarray (n, 2N + 1)
         Velocities, times and coordinate of each motion.
     distance : ndarray (n, 2N + 1)

@@ -306,7 +306,7 @@ class Atlas(Struct, frozen=True, eq=False):
     vertices : tuple of Point
         In the order of the sweep.
     completeness : tuple of Completeness
-        Of each word that is looked for; all others are `Claim.FOLLOWED`.
+        Completeness of each word that is searched for; for all others it is `Claim.FOLLOWED`.
     followed : int
         Impacts up to which every family that joins another is followed: those of `limits`, or fewer if the families are
         too many.

@@ -48,7 +48,7 @@ class SweptPlane(Struct, frozen=True, eq=False, dict=True):
     n : int
         Forcing periods per motion.
     harmonics : tuple of Harmonic
-        Of the force.
+        Harmonics of the force.
     """
 
     level: Level

@@ -233,7 +233,7 @@ class Orbits(Struct, frozen=True, eq=False):
     gbar, d : array_like
         Gravity and length for which this is a motion.
     harmonics : tuple of Harmonic
-        Of the force, the same for all motions; empty for a sine.
+        Harmonics of the force, the same for all motions; empty for a sine.
     friction : array_like or None
         f of each motion; None for a ball without friction.
     restitution : array_like or Restitutions, or None
@@ -301,7 +301,7 @@ class Dynamics(Struct, frozen=True, eq=False):
     n : int
         Forcing periods per motion.
     harmonics : tuple of Harmonic
-        Of the force; empty for a sine.
+        Harmonics of the force; empty for a sine.
     friction : Friction or None
         None for a ball without friction.
     """

@@ -68,7 +68,7 @@ class Model(Struct, frozen=True):
     r : array_like or Restitutions
         Restitution of the device.
     harmonics : tuple of Harmonic
-        Of the force.
+        Harmonics of the force.
     """
 
     level: Level

@@ -147,7 +147,7 @@ class Solved(Struct, frozen=True, eq=False):
     x : list of Decimal
         Velocities and times of the impacts [y_c, t_c], and the numbers that vary.
     groups : Groups of Decimal
-        Of the device that has the motion.
+        Groups of the device that has the motion.
     symmetric : bool
         Whether it was solved for as a motion that is its own mirror image: it then is one exactly.
     """

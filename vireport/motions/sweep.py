@@ -106,7 +106,7 @@ class Level(Struct, frozen=True, eq=False):
         r : array_like or Restitutions
             Restitution of the device; it may be the one that varies.
         harmonics : sequence of Harmonic
-            Of the force.
+            Harmonics of the force.
         """
         kept = self.varied is None or self.varied.keeps_symmetry
         return self.horizontal and kept and Groups(0.0, 0.0, r, tuple(harmonics)).symmetric

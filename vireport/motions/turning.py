@@ -83,7 +83,7 @@ class ForcedFlights(Struct, frozen=True, eq=False):
     phase : ndarray
         Forcing phase at the beginning of each [rad].
     harmonics : sequence of Harmonic
-        Of the force.
+        Harmonics of the force.
     """
 
     way: Flight

@@ -58,7 +58,7 @@ class Shaker(Struct, frozen=True):
     Attributes
     ----------
     acceleration_m_s2 : array_like
-        Amplitude F/M; of a free capsule the largest between impacts, (F + m g sin(beta))/M.
+        Amplitude F/M; of a free capsule the largest between impacts, [F + m g (sin(beta) + mu_f cos(beta))]/M.
     velocity_m_s : array_like
         Amplitude F/(M omega), without the recoil.
     stroke_m : array_like
@@ -98,7 +98,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
     ball_mass_kg : float or ndarray, or None
         m; None where the scenario does not state it. A free capsule needs it.
     harmonics : tuple of Harmonic
-        Of the force; empty for a sine.
+        Harmonics of the force; empty for a sine.
     friction : float
         Coefficient mu_f of dry friction between ball and capsule.
 
@@ -344,7 +344,7 @@ class Device(Struct, Generic[Quantity], frozen=True):
         ----------
         varied : DesignInput
         d, gbar : float
-            Of the device.
+            Groups of the device.
 
         See Also
         --------

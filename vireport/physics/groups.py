@@ -119,7 +119,7 @@ class Groups(NamedTuple, Generic[Number]):
     restitution : array_like, Restitutions or SpeedLaw
         r of both membranes, or of each where they are not alike; or its law where it falls with speed.
     harmonics : tuple of Harmonic
-        Of the force, none of a sine.
+        Harmonics of the force; empty for a sine.
     friction : array_like or None
         Of the ball on the capsule, mu_f M g cos(beta)/F, against the relative velocity; None without friction.
     """

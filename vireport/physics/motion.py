@@ -52,9 +52,9 @@ class Motion(Struct, frozen=True, eq=False):
     velocity : ndarray (N,)
         Relative velocity just before each impact [y_c]; positive at the bottom, negative at the top.
     time : ndarray (N,)
-        Of each impact, ascending [t_c]; its forcing phase is pi times the time.
+        Time of each impact, ascending [t_c]; its forcing phase is pi times the time.
     coordinate : float
-        Of the sweep or path that the motion is on, see `Sweep.coordinate_of`: d, or gbar where the inclination varies.
+        Coordinate of the sweep or path that the motion is on; for a sweep d, gbar or a restitution, see `Sweep`.
     """
 
     word: Word

@@ -86,7 +86,7 @@ def is_table(device: Device, parameter: Parameter, ends: tuple[float, ...] = ())
     parameter : Parameter
         The swept parameter.
     ends : tuple of float
-        Of the sweep, in the parameter's unit; none without a sweep.
+        Ends of the sweep, in the parameter's unit; empty without a sweep.
 
     Notes
     -----

@@ -178,7 +178,7 @@ def find_attractor(groups: Groups[float], start: Start, budget: int = BUDGET, co
     Parameters
     ----------
     groups : Groups
-        Of the device, as numbers.
+        Groups of the device, as numbers.
     start : Impact or InFlight
         State to begin with.
     budget : int

@@ -50,7 +50,7 @@ def presses(groups: Groups[float]) -> list[Press]:
     Parameters
     ----------
     groups : Groups
-        Of the device, as numbers; with friction the ball is let go later.
+        Groups of the device, as numbers; with friction the ball is let go later.
 
     Returns
     -------

@@ -100,7 +100,7 @@ class Portrait(Struct, frozen=True, eq=False):
     time, position, velocity : ndarray
         Path of the ball [t_c, x_c, y_c]; the velocity jumps where a time occurs twice.
     harmonics : tuple of Harmonic
-        Of the force.
+        Harmonics of the force.
     """
 
     label: str
@@ -123,7 +123,7 @@ def portrait(groups: Groups[float], starts: Sequence[Start], label: str = "", co
     Parameters
     ----------
     groups : Groups
-        Of the device, as numbers.
+        Groups of the device, as numbers.
     starts : sequence of Impact or InFlight
         At least one.
     label : str

@@ -43,7 +43,7 @@ class CompliantModel(Struct, frozen=True, eq=False):
     length_unit, velocity_unit : float
         x_c [m], y_c [m/s].
     harmonics : tuple of Harmonic
-        Of the force.
+        Harmonics of the force.
     """
 
     d: float

@@ -202,7 +202,7 @@ class _Search(Struct):
     diagram : BifurcationDiagram
         Of the 1:1 motions.
     model : Model
-        Of the sweep.
+        Groups over the sweep.
     low, high : float
         Range of the coordinate.
     limits : Limits

@@ -67,7 +67,7 @@ def four_impacts(model: Model, low: float, high: float, word: Word) -> tuple[Can
     Parameters
     ----------
     model : Model
-        Of the sweep.
+        Groups over the sweep.
     low, high : float
         Range of the coordinate.
     word : Word
@@ -164,7 +164,7 @@ def _starts(layer: Layer, cells: NDArray[np.intp], word: Word, model: Model, lim
         Indices of the cells in it.
     word : Word
     model : Model
-        Of the sweep.
+        Groups over the sweep.
     limits : tuple of float
         Range of the coordinate.
 

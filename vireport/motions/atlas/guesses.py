@@ -28,7 +28,7 @@ def motions_of(word: Word, model: Model, low: float, high: float, coordinate: fl
     word : Word
         Of any number of impacts.
     model : Model
-        Of the sweep.
+        Groups over the sweep.
     low, high : float
         Range of the coordinate.
     coordinate : float

@@ -25,7 +25,7 @@ def portrait_of(model: Model, motion: Motion, label: str) -> Portrait:
     Parameters
     ----------
     model : Model
-        Of its sweep.
+        Groups over the sweep.
     motion : Motion
         Stable or not.
     label : str

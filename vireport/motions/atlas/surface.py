@@ -233,7 +233,7 @@ def sweep_conditions(x: HomogeneousSolution, model: Model) -> list[Any]:
     x : HomogeneousSolution
         In any kind of number.
     model : Model
-        Of the sweep.
+        Groups over the sweep.
 
     Returns
     -------
@@ -381,7 +381,7 @@ def room(level: Level, largest: Arithmetic, gbar: Arithmetic, norm: Arithmetic =
     Parameters
     ----------
     level : Level
-        Of the sweep.
+        Level of the sweep.
     largest : array_like
         Largest d of the sweep, which is taken where the sweep varies d at constant gbar.
     gbar : array_like
@@ -426,7 +426,7 @@ def onto_sweep(
     flights : ndarray (N - 1, n)
         All flight times but the last of each guess [t_c].
     model : Model
-        Of the sweep.
+        Groups over the sweep.
     farthest : float
         Most that a flight time may change [t_c].
     coordinate : ndarray (n,), optional
@@ -480,7 +480,7 @@ def into_range(
     flights : ndarray (N - 1, n)
         Their flight times but the last [t_c].
     model : Model
-        Of the sweep.
+        Groups over the sweep.
     farthest : float
         Most that a flight time may change [t_c].
     limits : tuple of float
