@@ -60,7 +60,7 @@ the relative error of the expansion goes with the time, and the error of the acc
 DETAILS = {
     (Event.PERIOD_DOUBLING, None): "lambda = -1",
     (Event.FOLD, None): "lambda = 1, two motions meet",
-    (Event.PITCHFORK, None): "lambda = 1, the symmetric motion passes its stability to two asymmetric ones",
+    (Event.PITCHFORK, None): "lambda = 1, stability passes from the symmetric motion to two asymmetric ones, or back",
     (Event.NODE_FOCUS, None): "Delta = 0, the type changes between node and focus",
     (Event.GRAZING, None): "a turning point of the ball touches a membrane",
     (Event.STOP, None): "friction stops the ball between two impacts, and the motion is followed no farther",

@@ -21,7 +21,7 @@ Mask = NDArray[np.bool_]
 
 AFFINE_ROUNDING = 2.0**-48
 """Share of the size of its terms by which an operation's radius grows: 32 times the unit roundoff. No operation here
-has more than twenty roundings in a row, and NumPy's sines and cosines are good to four units in the last place."""
+has more than twenty roundings in a row, and NumPy's sines and cosines are good to two units in the last place."""
 
 NEAR_ZERO = 0.01
 """Argument up to which the derivative of sinc is summed as a series: beyond, its error is below 100 unit roundoffs."""

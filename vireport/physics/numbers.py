@@ -32,7 +32,7 @@ UNIT = 1.2e-16
 """Unit roundoff 2^-53, enlarged for the terms of higher order."""
 
 FUNCTION = 4 * UNIT
-"""Relative error of a sine or cosine of the platform's library: two units in the last place."""
+"""Relative error of a sine or cosine of NumPy's: two units in the last place; measured is half a unit."""
 
 UNDERFLOW = 1e-307
 """Absolute error of a product that underflows."""

@@ -504,16 +504,16 @@ class RequirementsBlock(Block):
         None,
         "Acceleration at most",
         "g",
-        "Largest amplitude of the capsule's acceleration, F/M over 9.80665 m/s^2, at the design point or, without one, "
-        "over the sweep.",
+        "Largest amplitude of the capsule's acceleration over 9.80665 m/s^2 (F/M of a prescribed motion), at the "
+        "design point or, without one, over the sweep.",
         example=3.0,
     )
     stroke_at_most_m: Annotated[float | None, Demand(AT_MOST, at_design=False)] = positive(
         None,
         "Stroke at most",
         "m",
-        "Largest displacement of the capsule from end to end, 2 F/(M omega^2), at the design point or, without one, "
-        "over the sweep.",
+        "Largest displacement of the capsule from end to end (2 F/(M omega^2) of a prescribed motion), at the "
+        "design point or, without one, over the sweep.",
         example=0.4,
     )
     force_at_most_n: Annotated[float | None, Demand(AT_MOST, at_design=False)] = positive(
