@@ -23,24 +23,24 @@ from vireport.physics.motion import Motion
 from vireport.scenario.parameters import Parameter
 
 BUDGET, LEVEL_BUDGET = 8_000_000, 3_000_000
-"""Impacts that are simulated with the kicks of the scenario, and with larger ones at each level; a million takes some
-0.4 s on one core. Beyond, the law for small kicks is used."""
+"""Most impacts that are simulated with the kicks of the scenario, and with the larger kicks of each level; a million
+takes some 0.4 s on one core. A motion that would need more is judged by the law for small kicks."""
 
 LEVELS, LEVEL_ESCAPES, LAST = range(1, 9), 400, 4
-"""Values of Q/sigma^2 at which the motion is simulated, escapes that are waited for at each, and how many of the last
-the law's factor is taken from."""
+"""Values of Q/sigma^2 at which the motion is simulated (levels), escapes that are waited for at each, and how many of
+the last levels give the offset of the law."""
 
 SOME_TENS, ENOUGH = 20.0, 3
-"""Forcing periods that a motion must last at a level for the law to be near, and levels that the factor takes."""
+"""Forcing periods that a motion must last at a level for the law to hold nearly, and fewest levels for its offset."""
 
 LONGEST = 700.0
 """Logarithm of a number of periods that is beyond any use, and near the largest that a double has."""
 
 INTERVAL = 1.96
-"""Half of an interval of 95 % over the standard error."""
+"""Half the width of a 95 % interval, in standard errors."""
 
 SEED = 20261129
-"""Of the kicks, in every run the same."""
+"""Seed of the kicks, the same in every run."""
 
 
 class Unlimited(StrEnum):
@@ -60,8 +60,8 @@ class SmallKickLaw(Struct, frozen=True):
     exponent : float
         Q [y_c^2].
     offset, error : float
-        a, and its standard error: that of a line through a + b sigma^2 and, as the kicks of the levels are not small
-        enough, the b sigma^2 that is left at the smallest.
+        a, and its standard error: that of a fit of a + b sigma^2 to ln T - Q/sigma^2, and the term b sigma^2 at the
+        smallest kicks of the levels, by which these are not small enough.
     """
 
     exponent: float
@@ -84,14 +84,15 @@ class MotionEscape(Struct, frozen=True, eq=False):
     way : LeastKicks or None
         The least kicks that lead out; None where none were found.
     levels : tuple of Lifetime
-        Simulated with larger kicks, for the law.
+        Simulated with larger kicks, for the law; the kicks fall from level to level.
     law : SmallKickLaw or None
+        None where too few levels last long enough.
     simulated : Lifetime or None
-        With the kicks themselves, where that does not take too long.
+        With the kicks themselves; None where that takes too long.
     ends : tuple of (str, float)
-        What those that left come to, and shares; with the kicks themselves, or else the smallest of the levels.
+        What the balls that left come to, with shares, the largest first; of `simulated` or else of the last level.
     checked, wrong : int
-        Impacts that count as returning of which it was checked, and of which it was not so.
+        Impacts that the grid says to return and that were followed to check it, and how many of them do not return.
     unknown : str
         Why nothing was found out; "" otherwise.
     """
@@ -128,7 +129,7 @@ class MotionEscape(Struct, frozen=True, eq=False):
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
-        """The ends of its 95 % interval; only the lower one where no ball, or too few, left the motion."""
+        """The ends of the 95 % interval of `periods`, each None where it is not known or beyond any use."""
         if self.simulated is not None:
             low, high = self.simulated.interval
             return low, None if high == inf else high
@@ -150,7 +151,7 @@ class MotionEscape(Struct, frozen=True, eq=False):
 
     @property
     def shape(self) -> Lifetime | None:
-        """The simulation that tells how the times are distributed: with the kicks, or the smallest of the levels."""
+        """The simulation that tells how the times are distributed: `simulated`, or else the last of the levels."""
         return self.simulated or (self.levels[-1] if self.levels else None)
 
 
@@ -175,17 +176,17 @@ class Escape(Struct, frozen=True, eq=False):
 
     @property
     def shortest(self) -> MotionEscape:
-        """The motion that lasts least; one of which nothing is known counts as that."""
+        """The motion that lasts least; one whose time is unknown counts as lasting least."""
         return min(self.motions, key=lambda of: -inf if of.unknown else of.log_periods)
 
     @property
     def drawn(self) -> MotionEscape | None:
-        """The one of them with a law that lasts least; None where no law is known."""
+        """The motion that lasts least of those with a law for small kicks; None where there is none."""
         known = [of for of in self.motions if of.law is not None]
         return min(known, key=lambda of: of.log_periods, default=None)
 
     def time_s(self, periods: float) -> float:
-        """The time that some forcing periods take [s]."""
+        """Convert a number of forcing periods to a time [s]."""
         return periods / self.frequency_hz
 
 
@@ -209,7 +210,7 @@ def escape_of(solution: Solution, kick_m_s: float) -> Escape | None:
 
 
 def escape_from(groups: Groups[float], motion: Motion, motions: MotionsByStability, kick: float) -> MotionEscape:
-    """Find out how long a motion lasts under kicks, by simulation or by the law for small ones.
+    """Find out how long a motion lasts under kicks, by simulation or by the law for small kicks.
 
     Parameters
     ----------
@@ -220,7 +221,7 @@ def escape_from(groups: Groups[float], motion: Motion, motions: MotionsByStabili
     motions : MotionsByStability
         This one, and others of the device.
     kick : float
-        Standard deviation [y_c].
+        Standard deviation of the kicks [y_c].
     """
     try:
         recognise, cores = _recognised(groups, motion, motions)
@@ -249,36 +250,36 @@ def exponent_of(groups: Groups[float], motion: Motion, motions: MotionsByStabili
     NumericalError
         Where the motion is too near a critical point, see `core_of`.
     ValueError
-        Of a ball that does not bounce.
+        If a coefficient of restitution is zero: the ball does not bounce.
     """
     way = least_kicks(groups, _recognised(groups, motion, motions)[1])
     return None if way is None else way.path.exponent
 
 
 def _recognised(groups: Groups[float], motion: Motion, motions: MotionsByStability) -> tuple[Recogniser, list[Core]]:
-    """What tells where balls end, and the cores of what it knows, first that of the motion."""
+    """A recogniser of the motions that kicks lead to, and the cores of those it knows, first that of the motion."""
     if 0 in by_wall(groups.restitution):
         raise ValueError(Unlimited.NO_BOUNCE)
     recognise = Recogniser(groups, [motion, *(other for other in motions.stable if other is not motion)])
-    # What kicks lead to is learnt before, so that a ball there is known after a few impacts.
+    # Motions that kicks lead to are learnt beforehand, so that a ball on one is recognised after a few impacts.
     recognise(edge_rows(groups, motion))
     return recognise, patient(groups, recognise.cores, motions.unstable)
 
 
 def _levels(grid: ReturnGrid, exponent: float) -> Iterator[Lifetime]:
-    """Lifetimes under larger kicks, as long as they are simulated in a short time."""
+    """Lifetimes under larger kicks, level by level, as long as they are simulated in a short time."""
     for number, ratio in enumerate(LEVELS):
         level = lifetime(grid, sqrt(exponent / ratio), SEED + number + 1, LEVEL_BUDGET, LEVEL_ESCAPES)
         if level.late < LEVEL_ESCAPES and len(level.staying):
             break
         yield level
-        # From level to level they grow by e.
+        # Lifetimes, and so the impacts to simulate, grow by a factor e from level to level.
         if exp(1) * level.impacts > LEVEL_BUDGET:
             break
 
 
 def _law(exponent: float, levels: Sequence[Lifetime]) -> SmallKickLaw | None:
-    """The law by the levels at which the motion lasts long enough; None of fewer than `ENOUGH`."""
+    """Fit the law to the levels at which the motion lasts long enough; None where they are fewer than `ENOUGH`."""
     used = [level for level in levels if level.mean >= SOME_TENS][-LAST:]
     if len(used) < ENOUGH:
         return None
@@ -291,7 +292,7 @@ def _law(exponent: float, levels: Sequence[Lifetime]) -> SmallKickLaw | None:
 
 
 def _ends(recognise: Recogniser, left: np.ndarray) -> tuple[tuple[str, float], ...]:
-    """What impacts lead to, with shares, the largest first."""
+    """Names of the motions and states that impacts, rows of `check_start`, lead to, with shares, the largest first."""
     if not len(left):
         return ()
     counted = Counter(recognise(left).tolist())
@@ -300,7 +301,7 @@ def _ends(recognise: Recogniser, left: np.ndarray) -> tuple[tuple[str, float], .
         name = recognise.outcomes[place].name
         if place == 0:
             name = "the motion itself, later than was waited for"
-        elif name == recognise.outcomes[0].name:  # a mirror image, say
+        elif name == recognise.outcomes[0].name:  # the mirror image, for example
             name = f"another {name}"
         names[name] += count
     return tuple((name, count / len(left)) for name, count in names.most_common())

@@ -1,4 +1,4 @@
-"""The mean time until kicks lead out of a motion, by their size: simulations, the law, the kicks of the scenario."""
+"""Figure of the mean time until kicks lead out of a motion, against their size: simulations and the law."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEIGHT = 3.0
 """Height of the panel with its ticks and labels [in]."""
 
 FARTHEST = 60.0
-"""Logarithm of a number of periods up to which the axis reaches for the kicks of the scenario."""
+"""Largest ln T, T in forcing periods, for which the axis is extended to the kicks of the scenario."""
 
 SIMULATED: Look = {"color": Color.BLUE, "marker": "o", "markersize": 4.0, "linestyle": "none"}
 LAW: Look = {"color": Color.BLACK, "linewidth": 1.0}
@@ -29,7 +29,7 @@ DESIGN: Look = {"color": Color.VERMILION, "marker": "D", "markersize": 5.0, "lin
 
 
 def picture(escape: Escape, name: AnyTask, templates: Path | None = None) -> Picture:
-    """The figure of a motion with a law, with its words."""
+    """The figure, with its caption, of the motion with a law that lasts least; there must be one."""
     drawn = escape.drawn
     assert drawn is not None
     means = [level.mean for level in drawn.levels]
@@ -46,7 +46,7 @@ def picture(escape: Escape, name: AnyTask, templates: Path | None = None) -> Pic
 
 
 def figure_escape(drawn: MotionEscape, velocity_unit: float) -> Figure:
-    """The logarithm of the mean number of periods against 1/sigma^2 in SI units."""
+    """Draw ln T, T the mean number of forcing periods, against 1/sigma^2 [s^2/m^2]; the unit of velocity is in m/s."""
     law = drawn.law
     assert law is not None
     simulated = [*drawn.levels, *([] if drawn.simulated is None else [drawn.simulated])]
@@ -73,7 +73,7 @@ def figure_escape(drawn: MotionEscape, velocity_unit: float) -> Figure:
 
 
 def _point(axes: Axes, level: Lifetime, scale: float, look: Look) -> None:
-    """A simulation with its interval."""
+    """Draw the mean time of a simulation with its 95 % interval; `scale` converts 1/sigma^2 from y_c^-2 to s^2/m^2."""
     at = scale / level.kick**2
     low, high = level.interval
     axes.plot([at, at], [log(low), log(high)], color=look["color"], linewidth=1.0)

@@ -73,7 +73,7 @@ class EscapeFinding(AddedFinding["Escape"]):
         return escape_of(study.solution, value_at(study.scenario, "disturbances.jitter_m_s"))
 
     def results(self, escape: Escape | None, study: Study) -> AddedBlocks:
-        """The block of the same name, where it was computed."""
+        """The block `escape` of results.json; {} where it was not computed."""
         if escape is None:
             return {}
         from vireport.findings.escape.results import escape_data
@@ -89,14 +89,14 @@ class EscapeFinding(AddedFinding["Escape"]):
             yield AddedQuantity("mean_time", least["periods"], "forcing periods", bound, least["reason"] or "")
 
     def requirements(self) -> Iterator[Requirement]:
-        """The least number of periods."""
+        """The requirement on the mean number of periods that the motion lasting least reaches."""
         from vireport.findings.escape.judging import judged_lifetime
         from vireport.study.judging.requirements import OfRun, Requirement
 
         yield Requirement("lasts_at_least_periods", QUESTION, OfRun(judged_lifetime, dear=True), self.name)
 
     def answers(self, escape: Escape, evidence: Evidence) -> Iterator[AddedAnswer[Escape]]:
-        """How long the motion lasts that lasts least; good only where so long is required."""
+        """How long the motion that lasts least lasts; good only where a lifetime is required and reached."""
         from vireport.study.judging.verdict import AddedAnswer, Status, judged_by
 
         status = Status.GOOD if judged_by(QUESTION, evidence.criteria) else Status.NEUTRAL
@@ -114,7 +114,7 @@ class EscapeFinding(AddedFinding["Escape"]):
         return {FactPlace.LAST: [Statement(answer.status, Said("lasts", (answer.data,), self.name))]}
 
     def pictures(self, escape: Escape, study: Study, templates: Path | None) -> Iterator[Any]:
-        """The mean times by the size of the kicks, where the law for small ones is known."""
+        """The figure of the mean time against the size of the kicks, where the law for small kicks is known."""
         drawn = study.plan.running(FIGURE)
         if drawn is not None and escape.drawn is not None:
             from vireport.findings.escape.figure import picture

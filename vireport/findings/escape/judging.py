@@ -1,4 +1,4 @@
-"""The least number of periods that is required, held against that of a run."""
+"""Judge whether the stable motions last as many forcing periods under random kicks as is required."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vireport.text.requirements import Remark
 
 
 class LifetimeRemark(Pattern, file="escape"):
-    """Where a value comes from, and why the requirement is not met."""
+    """Sentences on where a mean number of periods comes from, and why the requirement is not met."""
 
     SIMULATED = auto()
     EXTRAPOLATED = auto()
@@ -22,7 +22,13 @@ class LifetimeRemark(Pattern, file="escape"):
 
 
 def judged_lifetime(evidence: Evidence, limit: Limit) -> Judgement:
-    """The mean number of periods of the motion that lasts least, and the lower end of its interval."""
+    """Judge the mean number of periods of the motion that lasts least, with the lower half of its interval as error.
+
+    Raises
+    ------
+    NumericalError
+        Where no motion is stable, or nothing is known of how long one lasts.
+    """
     escape: Escape | None = evidence.findings.get("escape")
     if escape is None:
         raise NumericalError(Remark.NOT_STABLE.said())
@@ -35,5 +41,5 @@ def judged_lifetime(evidence: Evidence, limit: Limit) -> Judgement:
         return Judgement(None, LifetimeRemark.BEYOND_USE.said(), None, True, LifetimeRemark.EXTRAPOLATED.said())
     if low is None:
         raise NumericalError(LifetimeRemark.OPEN.said(reason=least.reason))
-    # Where none left, or too few, all that may be claimed is what was simulated.
+    # Where no ball left, or too few did, only the lower end that the simulated time gives may be claimed.
     return held_against(low, limit, LifetimeRemark.LONGER.said(reason=least.reason))

@@ -1,9 +1,9 @@
 """The least kicks that lead out of a motion: of all sequences of kicks the one with the least sum of squares.
 
-With independent normal kicks of standard deviation sigma the density of a sequence k is that of exp(-sum k^2 /
-(2 sigma^2)), and so is the rate at which a rare event happens the largest of these over all sequences that lead to it,
-up to a factor that is no exponential: ln T = a + Q/sigma^2, Q being half the least sum of squares (Freidlin and
-Wentzell, for a map with kicks).
+With independent normal kicks of standard deviation sigma the density of a sequence k is proportional to exp(-sum k^2 /
+(2 sigma^2)). For small sigma the most probable of all sequences that lead out gives the rate of escape, up to a factor
+that is not exponential: ln T = a + Q/sigma^2, Q being half the least sum of squares (Freidlin and Wentzell, for a map
+with kicks).
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from vireport.simulation.kernel import FLIGHT, TURN, VELOCITY, WALL
 Floats = NDArray[np.float64]
 
 SIZES, EDGES = 400, 3
-"""Sizes of a kick that are tried up to the fastest impact, and edges of the basin among them from which is begun."""
+"""Sizes of a single kick that are tried, up to the largest impact velocity; most edges of the basin used among them."""
 
 SECTIONS, NARROWEST = 33, 4e-16
-"""Parts into which an edge's bracket is cut in each step, and its last width [y_c], which is rounding."""
+"""Parts into which the bracket of an edge is cut in a step, and its width at the end [y_c], which is rounding."""
 
 TOGETHER, LONGEST = 1e-5, 600
-"""Difference up to which balls on either side of an edge are on it [t_c, y_c], and impacts that they are followed."""
+"""Difference [t_c, y_c] up to which two balls on either side of an edge count as on it; impacts they are followed."""
 
 LEAD, MOST_LEAD, SETTLED = 8, 1024, 1e-4
-"""Periods before the shock at first and at most, and the relative fall of the sum at which more are not needed."""
+"""Periods of the motion before the single kick, at first and at most; relative fall of Q at which more do not help."""
 
 STEPS, CONVERGED = 300, 1e-11
 """Steps of the minimisation at most, and the relative fall of the sum at which it ends."""
@@ -51,7 +51,7 @@ class KickedPath(Struct, frozen=True, eq=False):
     Attributes
     ----------
     walls : ndarray of int (n,)
-        1 bottom, -1 top.
+        The membrane of each impact: 1 bottom, -1 top.
     time : ndarray (n,)
         Of the impacts [t_c]; the forcing phase is pi times that.
     kicks : ndarray (n - 2,)
@@ -87,9 +87,9 @@ class LeastKicks(Struct, frozen=True, eq=False):
 
 
 def kicked(groups: Groups[float], walls: Floats, before: Floats, kicks: Floats | float) -> Floats:
-    """Velocities before impacts that are followed by the flights which begin after kicks, (n,) [y_c].
+    """Velocities before impacts, (n,) [y_c], that without a kick are followed by the same flights as some with a kick.
 
-    A kick that drives the ball back onto the membrane makes it strike once more at once, without a kick of its own.
+    A kick that drives the ball back onto the membrane makes it strike once more at once; no kick follows this impact.
     """
     r = np.where(walls > 0, groups.restitution_at(1), groups.restitution_at(-1))
     after = -r * before + kicks
@@ -102,9 +102,9 @@ def leaving(groups: Groups[float], rows: Floats, cores: Sequence[Core]) -> NDArr
 
 
 def impact_rows(walls: Floats | int, phase: Floats | float, before: Floats) -> Floats:
-    """Rows of `check_start` for impacts, (n, 4)."""
+    """Rows of `check_start`, (n, 4), for impacts at a forcing phase [rad] with a velocity just before [y_c]."""
     rows = np.zeros((len(before), 4))
-    # Of a phase just below 0 the first remainder is rounded up to a whole turn, which no start may have.
+    # The first remainder of a phase just below 0 is rounded up to a whole turn, which is refused for a start.
     rows[:, 0], rows[:, 2], rows[:, 3] = walls, before, np.mod(phase, TURN) % TURN
     return rows
 
@@ -126,11 +126,11 @@ def least_kicks(groups: Groups[float], cores: Sequence[Core]) -> LeastKicks | No
 
     Notes
     -----
-    A flight from membrane to membrane is given by its two times, and so are its velocities at both ends. A path is a
-    list of times, its kicks are what the rebound lacks for the next flight, and each depends on three times in a row:
-    a least-squares problem without conditions. The first flight is one of the motion, the last one of the edge of its
-    basin, along which a ball goes that was brought there by a single kick: as both sides of the edge go together,
-    bisection finds it. Each of some single kicks is a beginning. The longer the path, the less it takes.
+    The times of two impacts determine the flight between them, with its velocities at both ends. So a path is a list of
+    times. A kick is what the rebound lacks for the next flight, and depends on three successive times: a least-squares
+    problem without constraints. The first flight is one of the motion; the last one follows the edge of its basin, onto
+    which a single kick takes the ball. As balls on both sides of the edge stay together for a while, bisection finds
+    that kick. Several single kicks serve as first guesses. The longer the path, the smaller the sum.
     """
     paths, shocks = [], []
     for shock, impact, walls, time in edge_shocks(groups, cores):
@@ -144,7 +144,7 @@ def least_kicks(groups: Groups[float], cores: Sequence[Core]) -> LeastKicks | No
 
 
 def edge_rows(groups: Groups[float], motion: Motion) -> Floats:
-    """Starts after single kicks of all sizes that are tried, rows of `check_start` (n, 4)."""
+    """Starts just after single kicks of all sizes that are tried, rows of `check_start` (n, 4)."""
     return np.concatenate([_knocked(groups, motion, *way)(_sizes(motion)) for way in _ways(motion)])
 
 
@@ -158,7 +158,7 @@ def _ways(motion: Motion) -> Iterator[tuple[int, float]]:
 
 
 def _knocked(groups: Groups[float], motion: Motion, impact: int, sign: float) -> Callable[[Floats], Floats]:
-    """From sizes of a kick just after an impact of a motion to the starts that they lead to."""
+    """A function from sizes of a kick [y_c] just after an impact of a motion to starts, rows of `check_start`."""
 
     def start(size: Floats) -> Floats:
         walls = np.full(len(size), float(motion.word.walls[impact]))
@@ -176,15 +176,15 @@ def edge_shocks(groups: Groups[float], cores: Sequence[Core]) -> Iterator[tuple[
     shock : float
         Size of the kick [y_c].
     impact : int
-        Of the motion after which it comes.
+        Index of the motion's impact just before the kick.
     walls, time : ndarray (n,)
-        The impacts from that one on, and their times [t_c].
+        Membranes and times [t_c] of that impact and those that follow.
     """
     motion, sizes = cores[0].motion, _sizes(cores[0].motion)
     for impact, sign in _ways(motion):
         start, wall = _knocked(groups, motion, impact, sign), motion.word.walls[impact]
         out = leaving(groups, start(sizes), cores)
-        # Those that drive the ball back begin no flight.
+        # Kicks that drive the ball back onto the membrane begin no flight.
         usual = sign * wall * sizes < abs(float(groups.after(wall, motion.velocity[impact])))
         for k in np.flatnonzero(out[1:] & ~out[:-1] & usual[1:])[:EDGES]:
             low, high = float(sizes[k]), float(sizes[k + 1])
@@ -198,7 +198,7 @@ def edge_shocks(groups: Groups[float], cores: Sequence[Core]) -> Iterator[tuple[
 
 
 def _along_edge(groups: Groups[float], starts: Floats, begins: float) -> tuple[NDArray[np.int64], Floats]:
-    """The impacts of two balls on either side of an edge as long as they go together."""
+    """Membranes and times [t_c], (n,), of the impacts that two balls on either side of an edge have in common."""
     rows, _ = follow_impacts(np.repeat(check_model(groups), 2, axis=0), starts, LONGEST)
     time = np.cumsum(rows[:, :, FLIGHT], axis=1)
     apart = np.maximum(np.abs(time[0] - time[1]), np.abs(rows[0, :, VELOCITY] - rows[1, :, VELOCITY]))
@@ -210,7 +210,7 @@ def _along_edge(groups: Groups[float], starts: Floats, begins: float) -> tuple[N
 def _settled(
     groups: Groups[float], motion: Motion, impact: int, walls: NDArray[np.int64], time: Floats
 ) -> KickedPath | None:
-    """The least kicks near a single one; periods of the motion are put before it until they fall no more."""
+    """The least kicks near a single one: periods of the motion are put before it until Q falls no more."""
     if len(time) < 4:
         return None
     period, lead, before = 2 * motion.word.periods, LEAD, np.inf
@@ -234,7 +234,7 @@ def _settled(
 
 
 def kicks_along(groups: Groups[float], walls: NDArray[np.int64], time: Floats) -> Floats:
-    """The kicks that take a ball through impacts at some times, (n - 2,) [y_c]; of complex times complex ones."""
+    """The kicks, (n - 2,) [y_c], that take a ball through impacts at times (n,) [t_c]; complex for complex times."""
     begun, now = (groups.wave(pi * part, ARRAYS) for part in (time[:-1], time[1:]))
     elapsed = time[1:] - time[:-1]
     covered, gained = groups.flown(elapsed, 0.0, begun, now)
@@ -244,7 +244,7 @@ def kicks_along(groups: Groups[float], walls: NDArray[np.int64], time: Floats) -
 
 
 def _derivatives(groups: Groups[float], walls: NDArray[np.int64], time: Floats) -> Floats:
-    """Derivatives of each kick by the time of its impact and of those before and after it, (3, n - 2)."""
+    """Derivatives of each kick by the times of the impact before its own, of its own and of the next, (3, n - 2)."""
     rows = np.arange(len(time) - 2)
     by = np.empty((3, len(rows)))
     for colour in range(3):
@@ -256,7 +256,7 @@ def _derivatives(groups: Groups[float], walls: NDArray[np.int64], time: Floats) 
 
 
 def _least_squares(groups: Groups[float], walls: NDArray[np.int64], time: Floats) -> tuple[Floats, Floats]:
-    """Times with the least sum of squared kicks, the first and last two of them held, by Levenberg and Marquardt."""
+    """Times with the least sum of squared kicks, and the kicks, by Levenberg-Marquardt; two times at each end stay."""
     from scipy.linalg import solveh_banded  # type: ignore[import-untyped]
 
     free, damping = slice(2, len(time) - 2), 1e-3
@@ -270,7 +270,7 @@ def _least_squares(groups: Groups[float], walls: NDArray[np.int64], time: Floats
             for b in range(a, 3):
                 normal[2 - (b - a), b : b + count - 2] += by[a] * by[b]
         inner = normal[:, free].copy()
-        inner[0, :2] = inner[1, 0] = 0.0  # with times that are held
+        inner[0, :2] = inner[1, 0] = 0.0  # products with the times that are held
         while True:
             damped = inner.copy()
             damped[2] *= 1 + damping

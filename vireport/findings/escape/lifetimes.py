@@ -1,7 +1,7 @@
-"""How long a motion lasts under random kicks of one size, by many balls in lockstep.
+"""How long a motion lasts under random kicks of one size, by simulation of many balls in lockstep.
 
 A ball has left when its undisturbed continuation after a kick would not return. Whether it would is looked up on a grid
-over the impacts about the motion, and followed wherever the grid does not clearly say that it does.
+over the impacts about the motion; where the grid does not clearly say that it returns, the ball is followed.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 CELLS, REACH = 128, 6.0
-"""Cells of the grid along either axis, and standard deviations of the linear spread that it reaches either way."""
+"""Cells of the grid along either axis, and its half width in standard deviations of the linear spread."""
 
 UNKNOWN, BOUNDARY, RETURNS = -1, 0, 1
-"""What is known of a cell."""
+"""What is known of a cell of the grid or of its corner."""
 
 BALLS, ESCAPES = 4096, 1000
 """Balls that are followed together, and escapes after the transient that are enough: a mean is known to 3 %."""
 
 CHECKED = 64
-"""Of so many impacts that the grid says to return, one is followed."""
+"""One in so many of the impacts that the grid says to return is followed as a check."""
 
 PAST = 0.01
-"""What is left of a small disturbance after the transient."""
+"""Share of a small disturbance that is left after the transient."""
 
 GROUPS, FEWEST = 10, 50
-"""Groups of periods in which escapes are counted, at most, and escapes from which on their rates are compared."""
+"""Most groups of periods in which escapes are counted, and fewest escapes for which their rates are compared."""
 
 
 class ReturnGrid:
-    """What impacts about a motion return to it, undisturbed: a grid that is filled where it is asked.
+    """Which impacts about a motion return to it, undisturbed: a grid that is filled where it is asked.
 
     A cell counts as one of return only if it and the cells about it have corners that all return; all other impacts
     are followed. So no ball is said to have left that was not followed, and a part of the basin's outside is passed
@@ -56,9 +56,10 @@ class ReturnGrid:
 
     Attributes
     ----------
-    followed, checked, wrong : int
-        Impacts that were followed, and those of cells of return that were followed to check these: how many, and how
-        many of them do not return.
+    followed : int
+        Impacts that were followed as the grid does not say that they return.
+    checked, wrong : int
+        Impacts in cells of return that were followed to check these, and how many of them do not return.
     """
 
     def __init__(self, groups: Groups[float], cores: Sequence[Core], kick: float) -> None:
@@ -69,7 +70,7 @@ class ReturnGrid:
         self.cell = np.full((len(self.half), CELLS, CELLS), UNKNOWN, dtype=np.int8)
 
     def leaving(self, rows: Floats) -> Mask:
-        """Which impacts, rows of `check_start`, do not return."""
+        """Which impacts, rows of `check_start` (n, 4), do not return: a mask (n,)."""
         cells = np.full(len(rows), -1)
         for impact, wall in enumerate(self.motion.word.walls):
             at = np.flatnonzero(rows[:, 0] == wall)
@@ -85,7 +86,7 @@ class ReturnGrid:
         state = self.cell.reshape(-1)
         known = (cells >= 0) & (state[cells] == RETURNS)
         out, doubtful, trusted = np.zeros(len(rows), dtype=bool), np.flatnonzero(~known), np.flatnonzero(known)
-        # As many of those that the grid answers are followed as well, here and there.
+        # Some of the impacts that the grid says to return are followed as well.
         some = trusted[::CHECKED]
         asked = np.concatenate([doubtful, some])
         if len(asked):
@@ -100,7 +101,7 @@ class ReturnGrid:
         return out
 
     def _fill(self, impact: int, wall: int, cells: NDArray[np.intp]) -> None:
-        """Find out what is known of some cells, by their corners and those of the cells about them."""
+        """Label some cells of an impact by their corners and those of the cells about them."""
         offsets = np.arange(4)
         column, row = (
             part[:, None, None] + shift
@@ -112,7 +113,7 @@ class ReturnGrid:
         at = (np.stack(np.divmod(new, CELLS + 3)) - 1) * (2 / CELLS) - 1
         time, speed = at * self.half[impact][:, None]
         phase, velocity = self.motion.phase[impact] + pi * time, self.motion.velocity[impact] + speed
-        # A velocity away from the membrane is that of no impact.
+        # A velocity away from the membrane belongs to no impact.
         label, possible = np.full(len(new), BOUNDARY, dtype=np.int8), wall * velocity > 0
         rows = impact_rows(wall, phase[possible], velocity[possible])
         label[possible] = np.where(leaving(self.groups, rows, self.cores), BOUNDARY, RETURNS)
@@ -122,18 +123,18 @@ class ReturnGrid:
 
 
 def _reach(groups: Groups[float], motion: Motion, kick: float) -> Floats:
-    """How far a grid reaches in time [t_c] and velocity [y_c] at each impact, (N, 2), by the linear spread of kicks."""
+    """Half widths of the grid in time [t_c] and velocity [y_c] at each impact, (N, 2), by the linear spread."""
     matrices, effects = flight_matrices(groups, motion), kick_effects(groups, motion)
     gathered = np.zeros((2, 2))
     for matrix, effect in zip(matrices, effects, strict=True):
         gathered = matrix @ gathered @ matrix.T + np.outer(effect, effect)
     spread, half = stationary(chained(matrices), gathered), []
     for wall, matrix, effect in zip(motion.word.walls, matrices, effects, strict=True):
-        # A kick k after an impact is a velocity before it that is off by k/r.
+        # A kick k just after an impact acts as a deviation k/r of the velocity just before it.
         variance = spread.diagonal() + np.array([0.0, groups.restitution_at(wall) ** -2])
         half.append(REACH * kick * np.sqrt(variance))
         spread = matrix @ spread @ matrix.T + np.outer(effect, effect)
-    # Wider cells would hold more than one part of the basin.
+    # 1 t_c either way holds all phases; wider cells would hold more than one part of the basin.
     return np.minimum(half, [1.0, float(np.abs(motion.velocity).max())])
 
 
@@ -145,19 +146,19 @@ class Lifetime(Struct, frozen=True, eq=False):
     kick : float
         Standard deviation of the kicks [y_c].
     transient : float
-        Time after which little is left of the beginning.
+        Time after which little is left of how the balls began.
     escaped : ndarray (n,)
-        Times of the escapes, ascending.
+        Times of the escapes, in order of the number of impacts.
     laps : ndarray of int (n,)
-        Whole periods of the motion after the transient that went before each of them; negative in the transient.
+        Whole periods of the motion from the end of the transient to each escape; negative within the transient.
     staying : ndarray (m,)
-        Times up to which the others were followed.
+        Times up to which the balls that did not escape were followed.
     followed_laps : int
-        Whole periods of the motion after the transient in which all of the others were.
+        Whole periods of the motion after the transient through which all of these were followed.
     left : ndarray (n, 4)
-        The impacts, rows of `check_start`, from which those that escaped do not return.
+        The impacts, rows of `check_start`, after which the balls that escaped do not return.
     impacts : int
-        Simulated in all.
+        Number of impacts simulated in all.
     """
 
     kick: float
@@ -173,12 +174,12 @@ class Lifetime(Struct, frozen=True, eq=False):
 
     @property
     def late(self) -> int:
-        """Escapes after the transient."""
+        """Number of escapes after the transient."""
         return int((self.escaped > self.transient).sum())
 
     @property
     def mean(self) -> float:
-        """Mean time to the escape; inf where there was none."""
+        """Mean time to escape; inf where no ball escaped after the transient but some stayed longer."""
         return self._estimate()[0]
 
     @property
@@ -193,9 +194,9 @@ class Lifetime(Struct, frozen=True, eq=False):
         from scipy.special import gammaincinv  # type: ignore[import-untyped]
 
         mean, error = self._estimate()
-        if mean == inf:  # with none in all the time, that of a rate by which none has 2.5 %
+        if mean == inf:  # at this rate, no escape in all of that time has a probability of 2.5 %
             return float(self.escaped.sum() + self.staying.sum()) / -log(OUTSIDE), inf
-        # The mean of so many exponential times has this relative error.
+        # So many exponential times have a mean with this relative error.
         count = (mean / error) ** 2
         low, high = (mean * count / float(gammaincinv(count, end)) for end in (1 - OUTSIDE, OUTSIDE))
         return low, high
@@ -203,8 +204,8 @@ class Lifetime(Struct, frozen=True, eq=False):
     def _estimate(self) -> tuple[float, float]:
         """The mean time and its standard error.
 
-        Up to the end of the transient times are as they were. After it their mean is the time that all balls spent over
-        the escapes, whether the others were waited for or not.
+        Up to the end of the transient, the times are taken as observed. After it, the mean time is the total time that
+        all balls spent, those that stayed included, divided by the number of escapes.
         """
         every = np.concatenate([self.escaped, self.staying])
         later = np.maximum(every - self.transient, 0.0)
@@ -213,7 +214,7 @@ class Lifetime(Struct, frozen=True, eq=False):
             return inf, inf
         residual = float(later.sum()) / self.late if self.late else 0.0
         part = np.minimum(every, self.transient) + residual * passes
-        # What the balls have behind them at that end, and how long they stay from there on, are independent.
+        # The time up to the end of the transient and the time from there on are independent.
         variance = float(part.var()) / len(every)
         if self.late:
             variance += (float(passes.mean()) * residual) ** 2 / self.late
@@ -221,10 +222,10 @@ class Lifetime(Struct, frozen=True, eq=False):
 
     @property
     def p_value(self) -> float | None:
-        """Probability that escapes at a steady rate after the transient differ as much as these from one; None of few.
+        """Probability that escapes at a constant rate after the transient fit one no better; None of under `FEWEST`.
 
-        By the chi-square of escapes in up to `GROUPS` groups of periods with about as many each. Whole periods have one
-        rate, whichever impact it is after which most balls leave; a steady one makes the times exponential.
+        By the chi-square of the escapes in up to `GROUPS` groups of periods, each with about as many. Whole periods are
+        counted, as most balls may leave after one of the impacts; a constant rate makes the times exponential.
         """
         from scipy.special import chdtrc
 
@@ -258,11 +259,11 @@ def lifetime(
     seed : int
         Of the kicks.
     budget : int
-        Impacts after which none is waited for.
+        Number of simulated impacts, of all balls together, after which no further escape is waited for.
     escapes : int
-        After the transient that are enough.
+        Number of escapes after the transient that are enough.
     balls : int
-        That begin at the first impact of the motion.
+        Number of balls, all of which begin at the first impact of the motion.
     """
     groups, motion, random = grid.groups, grid.motion, np.random.default_rng(seed)
     laps = transient_laps(groups, motion)
@@ -284,13 +285,13 @@ def lifetime(
             late += int(out.sum()) if before[-1][0] >= 0 else 0
             states, age = states[~out], age[~out]
     transient = float(laps * motion.word.periods)
-    # Of those that have all left, the last lap is not cut off.
+    # Where all balls have left, the last period is not cut off.
     whole = step // count - laps if len(states) else step
     parts = np.concatenate(times), np.concatenate(before), age, whole, np.concatenate(left)
     return Lifetime(kick, transient, *parts, impacts)
 
 
 def transient_laps(groups: Groups[float], motion: Motion) -> int:
-    """Periods of a motion until `PAST` is left of a small disturbance."""
+    """Whole periods of a motion until only `PAST` of a small disturbance is left; at least 1."""
     slowest = growth(chained(flight_matrices(groups, motion)))
     return max(ceil(log(PAST) / log(slowest)), 1) if slowest > 0 else 1

@@ -1,4 +1,4 @@
-"""How long motions last as records of results.json."""
+"""Records of results.json on how long motions last under random kicks."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class EscapeData(ResultsBlock, frozen=True, kw_only=True):
 
 
 def escape_data(escape: Escape) -> EscapeData:
-    """How long each motion lasts."""
+    """The record on how long each stable 1:1 motion lasts."""
     return EscapeData(kick_m_s=escape.kick_m_s, motions=[_motion(of, escape) for of in escape.motions])
 
 

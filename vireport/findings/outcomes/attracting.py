@@ -1,4 +1,4 @@
-"""The stable motions of a design point beside one another: which starts come to each, and the least shock of each.
+"""The coexisting stable motions of a design point: the share of starts that come to each, and the least shock of each.
 
 Motions of any word: the 1:1 motions, those of families that were followed, and what the device comes to from rest.
 """
@@ -42,13 +42,13 @@ class AttractingMotion(Struct, frozen=True, eq=False):
     Attributes
     ----------
     motion : Motion or None
-        None where the ball comes to rest, again and again or for good.
+        None where the ball comes to rest on a membrane, once in every period or for good.
     name : str
         Its word and period.
     share : float or None
-        Of the random starts that come to it; None where that cannot be told, next to a critical point.
+        Share of the random starts that come to it; None where that cannot be told, next to a critical point.
     from_rest : bool or None
-        Whether the device comes to it that is switched on; None where that does not tell it from its like.
+        Whether the device comes to it when switched on; None where it is not told from others of the same word.
     shock : LeastShock or None
         The least shock that leads out of it; None where it is not known.
     unknown : str
@@ -72,9 +72,9 @@ class AttractingMotions(Struct, frozen=True, eq=False):
     ----------
     motions : tuple of AttractingMotion
     starts : int
-        Random states in flight, see `random_starts`.
+        Number of random states in flight, see `random_starts`.
     others : float or None
-        Share of them that comes to none of these; None where one of the motions cannot be told.
+        Share of the starts that comes to none of the motions; None where one of these cannot be recognised.
     velocity_unit : float
         y_c [m/s].
     time_unit : float
@@ -91,16 +91,16 @@ class AttractingMotions(Struct, frozen=True, eq=False):
 
     @property
     def recognised(self) -> list[Motion]:
-        """Motions to which the share of returning starts is known."""
+        """The motions for which the share of starts that come to them is known."""
         return [motion.motion for motion in self.motions if motion.motion is not None and motion.share is not None]
 
     @property
     def motions_from_rest(self) -> list[AttractingMotion]:
-        """The motion that the device comes to from rest, none where it is one with rests."""
+        """The motions that the device comes to from rest; empty where the ball comes to rest."""
         return [motion for motion in self.motions if motion.from_rest and motion.motion is not None]
 
     def withstood(self, chosen: Sequence[AttractingMotion]) -> Withstood | None:
-        """What some of the motions withstand: the least shock of them all; None of none."""
+        """The least shock of some of the motions; None where none is chosen."""
         if not chosen:
             return None
         shocks = [motion.shock for motion in chosen if motion.shock is not None]
@@ -124,18 +124,19 @@ def attracting_motions(
     ----------
     solution : Solution
     switched_on : SwitchedOn
-        What it comes to from rest.
+        What the device comes to from rest.
     atlas : Atlas, optional
-        Its stable motions are among them where the design point is within the sweep, and its unstable ones companions.
+        Where the design point is within the sweep, its stable motions are compared too, and its unstable ones may be
+        companions.
     withstood : Withstood, optional
-        Whose least shock is not looked for again.
+        The least shock of the 1:1 motions, which is not looked for again.
     least_m_s : float, optional
         Shock that must be withstood [m/s], as for `withstood_by`.
 
     Returns
     -------
     AttractingMotions or None
-        None without a design point, and where nothing attracts that is known.
+        None without a design point, and where no attracting motion is known.
     """
     design, device = solution.design, solution.device.constant_restitution("the other stable motion")
     if design is None:
@@ -149,20 +150,19 @@ def attracting_motions(
             cores.append(core_of(groups, motion, compiled=True))
         except (NumericalError, ValueError) as error:  # too near a critical point, or a ball that does not bounce
             why[k] = str(error)
-    # A start that passes next to an unstable motion lingers there: without patience it would count as one that goes
-    # elsewhere, and shares would not add up.
+    # A start that passes next to an unstable motion lingers there: without patience it would count as going elsewhere.
     cores = patient(groups, cores, unstable)
     fastest = max((float(np.abs(motion.velocity).max()) for motion in stable), default=0.0)
     speed = start_speed(groups.restitution, fastest)
     ends = endings(groups, random_starts(groups.d, speed, STARTS, SEED)[0], cores)
-    # Starts are told by the places of cores, among which motions without one are missing.
+    # Ends of starts are places among the cores, where motions without a core are missing.
     place = {k: row for row, k in enumerate(k for k in range(len(stable)) if k not in why)}
     unit, time_unit = float(device.velocity_unit(*at)), 0.5 / float(device.frequency_hz)
     least = 0.0 if least_m_s is None else least_m_s / unit
     recognised, end = [core.motion for core in cores], switched_on.from_rest
 
     def arrives() -> list[bool]:
-        # At phase 0 the sine presses the ball down, and all moments at which it does have one outcome.
+        # At phase 0 the sine presses the ball down, and all moments at which it does so lead to the same outcome.
         (last,) = endings(groups, np.array([[float(BOTTOM), 0.0, 0.0, 0.0]]), cores).tolist()
         return [place.get(k) == last for k in range(len(stable))]
 
@@ -172,8 +172,7 @@ def attracting_motions(
         share = float(np.mean(ends == place[k])) if k in place else None
         shock, unknown = None, why.get(k, "")
         if share is not None:
-            # By the full search where there was one: a scan is coarser, and the report would have two least shocks of
-            # one motion.
+            # The full search goes before the coarser scan: else the report would have two least shocks of one motion.
             stated = withstood.shock if withstood is not None else None
             if stated is not None and stated.motion.distance(motion) == 0:
                 shock = stated
@@ -187,7 +186,7 @@ def attracting_motions(
         attracting.append(AttractingMotion(None, name, rests, resting))
     if not attracting:
         return None
-    # Where one of the motions has no core, what seems to go elsewhere may well come to it.
+    # Where one of the motions has no core, starts that seem to go elsewhere may well come to it.
     shares = sum(attracted.share or 0.0 for attracted in attracting)
     elsewhere = None if why else max(1 - shares, 0.0)
     return AttractingMotions(tuple(attracting), STARTS, elsewhere, unit, time_unit)
@@ -222,15 +221,15 @@ def _both_kinds(solution: Solution, switched_on: SwitchedOn, atlas: Atlas | None
 def _from_rest(
     stable: Sequence[Motion], end: FromRest | None, arrives: Callable[[], list[bool]] | None
 ) -> list[bool | None]:
-    """Which of the motions the device comes to that is switched on.
+    """Which of the motions the device comes to when it is switched on.
 
-    Of several with one word, those at which a ball from rest `arrives`; with a ramp that is not told.
+    Of several with one word, those at which a ball from rest `arrives`; with a ramp that is open: None.
     """
     if end is None or not end.is_motion:
         return [False] * len(stable)
     word = Word.of(end.word, end.periods).canonical()
     alike = [motion.word.canonical() == word for motion in stable]
-    # Its word tells which one it is, unless several have it: then only a start does.
+    # The word tells which motion it is, unless several have the same: then a start must be followed.
     if sum(alike) <= 1:
         return list[bool | None](alike)
     if arrives is None:
@@ -243,7 +242,7 @@ def _shock(
 ) -> tuple[LeastShock | None, str]:
     """The least shock of a motion, or why it is not known."""
     try:
-        # Beside chaos each shock that leads out is followed for thousands of impacts: a full search took ten minutes.
+        # Next to chaos each shock that leads out is followed for thousands of impacts: a full search took ten minutes.
         shock = least_shock(groups, motion, neighbours, effort=SCAN)
         if shock.jump is None and least >= shock.searched_to:
             shock = least_shock(groups, motion, neighbours, least * (1 + 1e-9), SCAN)

@@ -37,9 +37,9 @@ class Basins(Struct, frozen=True, eq=False):
     plane : OutcomePlane
         With x the forcing phase [rad] and y the velocity just before the impact [y_c].
     motions : tuple of Motion
-        The stable ones that were known before, whose outcomes are the first.
+        The stable motions that were known before; their outcomes are the first.
     hits : tuple of int
-        Random impacts, uniform in phase and velocity, that lead to each outcome.
+        Number of random impacts, uniform in phase and velocity, that lead to each outcome.
     velocity_unit : float
         y_c [m/s].
     """
@@ -53,7 +53,7 @@ class Basins(Struct, frozen=True, eq=False):
 
     @property
     def impacts(self) -> int:
-        """How many random impacts there were."""
+        """Number of random impacts."""
         return sum(self.hits)
 
     @property
@@ -63,7 +63,7 @@ class Basins(Struct, frozen=True, eq=False):
 
     @property
     def shares(self) -> list[tuple[str, float, float, float]]:
-        """Each outcome met, with its share of the section and the ends of the 95 % interval; the largest first."""
+        """Name of each outcome that occurs, its share of the section and ends of the 95 % interval; largest first."""
         rows = [
             (of.name, *share_interval(hits, self.impacts))
             for of, hits in zip(self.plane.outcomes, self.hits, strict=True)
@@ -82,11 +82,11 @@ def basins_of(
     groups : Groups
         Of the device.
     motions : sequence of Motion
-        Stable ones; others that are met are learnt.
+        Stable motions that are known; others that the impacts lead to are added.
     velocity_unit : float
         y_c [m/s].
     points : int
-        Along either axis of the picture; one more than a power of 2, at least 17.
+        Points along either axis of the picture: one more than a power of 2, at least 17.
 
     Notes
     -----
@@ -104,11 +104,11 @@ def basins_of(
         rows[:, 0], rows[:, 2], rows[:, 3] = BOTTOM, velocity, phase
         return rows
 
-    # A whole turn is the beginning of the next one.
+    # A phase of a whole turn would be that of 0 again.
     x, y = np.linspace(0.0, TURN * (1 - 1e-12), points), np.linspace(0.0, speed, points)
     # Bands are thin and many: a quadtree would break them.
     plane = coloured(recognise, x, y, impacts, points - 1)
-    # The share is not that of the picture's cells: bands that are thinner than these would be counted wrongly.
+    # Shares are not counted in the picture's cells: these would miscount bands that are thinner than they.
     phase, velocity = np.random.default_rng(SEED).random((2, IMPACTS))
     counted = Counter(recognise(impacts(TURN * phase, speed * velocity)).tolist())
     # The random impacts may have led to motions that the grid had passed over.

@@ -1,4 +1,4 @@
-"""Small deviations from a periodic motion: how they go from impact to impact, and what keeps up a spread of them.
+"""Small deviations from a periodic motion: how they go from impact to impact, and how far random kicks spread them.
 
 Turns a motion into the Jacobians of its flights in (time, velocity before the impact), which are those of the
 simulation, and solves the discrete Lyapunov equations that rest on them.
@@ -25,26 +25,26 @@ NO_VELOCITY = 1e-14
 
 
 def is_smooth(motion: Motion) -> bool:
-    """Whether the map from impact to impact has derivatives at a motion: all its impacts have a velocity."""
+    """Whether the map from impact to impact has derivatives at a motion: no impact velocity is zero (grazing)."""
     return bool(np.abs(motion.velocity).min() > NO_VELOCITY)
 
 
 def flight_matrices(groups: Groups[float], motion: Motion) -> Floats:
-    """Derivatives of time and velocity of each next impact by those of the one before, (N, 2, 2).
+    """Derivatives of time [t_c] and velocity [y_c] of the next impact by those of each impact, (N, 2, 2).
 
     Parameters
     ----------
     groups : Groups
         Of the device.
     motion : Motion
-        None of whose impacts has velocity zero: the map has no derivative there.
+        No impact may have zero velocity: the map has no derivative there.
     """
     before = np.zeros((len(motion.word), RIDING + 1))
     before[:, WALL], before[:, PHASE], before[:, VELOCITY] = motion.word.walls, motion.phase, motion.velocity
-    # The flight of a row of the simulation is the one that ends there.
+    # The flight time in a row of the simulation is that of the flight which ends there.
     before[:, FLIGHT] = np.roll(motion.durations, 1)
     by_phase = jacobians(check_model(groups)[0], before, np.roll(before, -1, axis=0))
-    # A phase is pi times a time: derivatives of it are pi times as large, those by it as much smaller.
+    # A phase is pi times a time: derivatives of it are pi times as large, those with respect to it 1/pi times.
     return np.asarray(by_phase * np.array([[1.0, 1 / pi], [pi, 1.0]]))
 
 
@@ -62,27 +62,27 @@ def chained(matrices: Floats) -> Floats:
 
 
 def growth(matrix: Floats) -> float:
-    """Largest modulus of the eigenvalues: that of a lap is below 1 where the motion is stable."""
+    """Largest modulus of the eigenvalues: for the matrix of one period it is below 1 where the motion is stable."""
     return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
 def kick_effects(groups: Groups[float], motion: Motion) -> Floats:
-    """Derivatives of time and velocity of each next impact by the velocity just after the one before, (N, 2).
+    """Derivatives of time [t_c] and velocity [y_c] of the next impact by the velocity just after each impact, (N, 2).
 
-    They are the second columns of `flight_matrices` over -r, and defined where r is zero as well.
+    They are the second columns of `flight_matrices` divided by -r, and are defined for r = 0 as well.
     """
     if groups.friction is not None:
         rebounds = [groups.restitution_at(wall) for wall in motion.word.walls]
         return np.asarray(flight_matrices(groups, motion)[:, :, 1] / -np.array(rebounds)[:, None])
     duration, ahead = motion.durations, np.roll(motion.velocity, -1)
-    # Faster by k, the ball is k times the duration farther at the time of the impact, and there by that over its
-    # velocity sooner.
+    # Faster by k, the ball is farther by k times the duration when it would strike, so that it strikes earlier by that
+    # distance over its velocity.
     late = -duration / ahead
     return np.stack([late, 1 + late * np.array([_pull(groups, t) for t in np.roll(motion.time, -1)])], axis=1)
 
 
 def _pull(groups: Groups[float], time: float) -> float:
-    """The relative acceleration at a time."""
+    """The relative acceleration at a time [t_c], without friction."""
     return float(groups.pull(groups.wave(pi * time, FLOATS).force))
 
 

@@ -1,4 +1,4 @@
-"""What shocks to the motion at the design point, and impacts on the bottom membrane, lead to: planes, their words."""
+"""Figures, with captions, of what shocks to the motion at the design point and impacts on the bottom lead to."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LEAST: Look = {"color": Color.VERMILION, "linewidth": 2.2, "marker": "o", "marke
 
 
 def shocks_picture(outcomes: Outcomes, device: Device, templates: Path | None = None) -> Picture | None:
-    """The figure with its words; None where no shock leads out, or what they lead to is not told apart."""
+    """The figure of the plane of shocks, captioned; None where no shock leads out, or ends cannot be told apart."""
     withstood, attracting = outcomes.withstood_in_use, outcomes.attracting
     if withstood is None or withstood.shock is None or attracting is None:
         return None
@@ -67,7 +67,7 @@ def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withst
     with style():
         figure, panels = blank(1)
         axes = panels[0, 0]
-        # Forcing periods last two units of time.
+        # A forcing period lasts 2 t_c.
         right, top = plane.x[-1] / 2, plane.y[-1] * unit
         named = _coloured(axes, plane, (0.0, right, -top, top))
         for line in lines:
@@ -85,7 +85,7 @@ def figure_shocks(plane: OutcomePlane, lines: list[ShockLine], withstood: Withst
 
 
 def _coloured(axes: Axes, plane: OutcomePlane, extent: tuple[float, float, float, float]) -> list[Entry]:
-    """Colour a plane by its outcomes; what stands for them in a legend."""
+    """Colour a plane by its outcomes; returns the entries of the legend."""
     colors = [RETURNING, *islice(cycle(OTHERS), len(plane.outcomes) - 1)]
     image = np.array([to_rgb(color) for color in colors])[plane.outcome]
     axes.imshow(image, extent=extent, origin="lower", aspect="auto", interpolation="nearest")
@@ -105,7 +105,7 @@ MOTION: Look = {
 
 
 def basin_picture(basins: Basins, templates: Path | None = None) -> Picture:
-    """The figure with its words."""
+    """The figure of the basins with its caption."""
     facts = {
         "points": len(basins.plane.x),
         "fastest_m_s": basins.fastest_m_s,

@@ -45,14 +45,14 @@ BUMPS, KICKS = "Which bumps does it withstand?", "How much does it jitter?"
 
 
 class OutcomesFinding(AddedFinding["Outcomes"]):
-    """What other starts come to than a ball at rest, as an addition to a study."""
+    """What starts other than a ball at rest come to, as an addition to a study."""
 
     name = "outcomes"
     section = "sections/disturbances.typ.j2"
     extends = BLOCK
 
     def steps(self) -> Iterator[DeclaredStep]:
-        """Six steps and two figures."""
+        """The six steps of a run and the two figures."""
         return steps()
 
     def refuse_undecidable(self, scenario: Scenario) -> None:
@@ -103,7 +103,7 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         return disturbances_with_outcomes(block, outcomes or Outcomes())
 
     def requirements(self) -> Iterator[Requirement]:
-        """A least shock, and a largest spread of the phases."""
+        """The requirements on the least shock and on the largest spread of the phases."""
         from vireport.findings.outcomes.judging import judged_jitter, judged_shock
         from vireport.study.judging.requirements import OfRun, Requirement
 
@@ -111,13 +111,13 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
         yield Requirement("phase_jitter_at_most_deg", KICKS, OfRun(judged_jitter, dear=True), BLOCK)
 
     def share_of_starts(self, outcomes: Outcomes, evidence: Evidence) -> Phrase | None:
-        """How many random starts come to a motion of a word that is required."""
+        """A phrase on the share of random starts that come to a motion of a required word; None where it is unknown."""
         from vireport.findings.outcomes.judging import share_of_starts
 
         return None if outcomes.attracting is None else share_of_starts(evidence, outcomes.attracting)
 
     def answers(self, outcomes: Outcomes, evidence: Evidence) -> Iterator[AddedAnswer[Outcomes]]:
-        """The least shock, what holds against the way from rest, and the jitter."""
+        """The answers on the least shock, on what speaks against starting from rest, and on the jitter."""
         from vireport.study.judging.verdict import (
             AddedAnswer,
             AddedConclusion,
@@ -143,13 +143,13 @@ class OutcomesFinding(AddedFinding["Outcomes"]):
             yield AddedAnswer(KICKS, status, outcomes, name="jitter")
 
     def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
-        """What helps to start it, what else it does nearby, and what it withstands."""
+        """What helps to start the device, what else it does near the design point, and what it withstands."""
         from vireport.study.judging.opening import FactPlace
 
         return {FactPlace.AFTER_MOTION: _starting(verdict), FactPlace.LAST: _withstanding(verdict)}
 
     def pictures(self, outcomes: Outcomes, study: Study, templates: Path | None) -> Iterator[Any]:
-        """What shocks lead to, and the basins on the section of impacts."""
+        """The figures of what shocks lead to, and of the basins on the section of impacts."""
         if study.plan.runs(FIGURE_SHOCKS):
             from vireport.findings.outcomes.figures import shocks_picture
 

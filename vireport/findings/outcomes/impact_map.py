@@ -1,7 +1,7 @@
 """The map from impact to impact of many states at once, forwards and backwards.
 
-Each is one flight of the simulation. Where a flight begins its velocity is given, so restitution plays no part in it:
-the search is asked with r = 1, by which the ball leaves a membrane as fast as it is said to have come.
+Each state is followed for one flight of the simulation. The velocity at its beginning is given, so restitution plays no
+part: the search is called with r = 1, so that the ball leaves the membrane as fast as it is said to have come.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Arrivals(NamedTuple):
     Attributes
     ----------
     wall : ndarray
-        1 bottom, -1 top; 0 where no membrane is ever met.
+        The membrane: 1 bottom, -1 top; 0 where none is ever met.
     time : ndarray
         Of the impact [t_c], by the clock of the flight's beginning.
     velocity : ndarray
@@ -47,9 +47,9 @@ def forwards(groups: Groups[float], wall: ArrayLike, time: Floats, after: Floats
     groups : Groups
         Of the device.
     wall : array_like
-        The membranes left.
+        The membranes that the ball leaves.
     time, after : ndarray (n,)
-        When [t_c], the forcing phase being pi times that, and velocity just after [y_c], away from the membrane.
+        Time [t_c], the forcing phase being pi times that, and velocity just after it [y_c], away from the membrane.
     compiled : bool
         Whether to compile the search, where numba is there.
     """
@@ -65,10 +65,10 @@ def forwards(groups: Groups[float], wall: ArrayLike, time: Floats, after: Floats
 def backwards(groups: Groups[float], wall: ArrayLike, time: Floats, before: Floats) -> Arrivals:
     """Follow flights that end at membranes back to where they began.
 
-    Z(-t) obeys (2.8) with the phase negated, so this is the flight forwards with phase and velocity negated, and the
-    sines of harmonics, which are odd. The impact before had the velocity that is returned over -r.
+    Z(-t) obeys (2.8) with the phase negated, so this is the flight forwards with phase, velocity and the sines of
+    harmonics, which are odd, negated. Just before the impact that began it, the velocity was the returned one over -r.
 
-    Parameters are those of `forwards`, with the velocity just before the impact.
+    Parameters are those of `forwards`, with the velocity just before the impact that ends the flight.
     """
     harmonics = tuple(Harmonic(harmonic.order, harmonic.cosine, -harmonic.sine) for harmonic in groups.harmonics)
     mirrored = forwards(groups._replace(harmonics=harmonics), wall, -time, -before, compiled=True)

@@ -1,8 +1,8 @@
 """Jitter of a stable motion: how far small random kicks at every impact spread its phases, velocities and voltages.
 
-Linear theory, a discrete Lyapunov equation, and beside it its own error: what the mean, the covariance and the skewness
-of the spread are by the map itself. It grows with the square of the kicks at first, and faster than the spread itself
-towards a critical point.
+Linear theory, a discrete Lyapunov equation, and an estimate of its error: by how much the mean, the covariance and the
+skewness of the spread by the map itself differ. The error grows with the square of the kicks at first, and faster than
+the spread towards a critical point.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Unsettled(StrEnum):
 
 
 class Jitter(Struct, frozen=True, eq=False):
-    """Stationary spread of a motion's impacts about it (dimensionless unless said otherwise).
+    """Stationary spread of the impacts about a motion under random kicks (dimensionless unless said otherwise).
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Jitter(Struct, frozen=True, eq=False):
     mean : ndarray (N, 2)
         By how much kicks shift the means of these, to second order.
     error : float
-        Error of the standard deviations, as a share of them, by the moments up to the third of the map itself.
+        Relative error of the standard deviations, by the moments up to the third of the map itself.
     valid_up_to : float
         Factor by which both kinds of kicks may grow until that error is `TOLERANCE`, or the restitution may leave the
         range from 0 to 1; at least 1.
@@ -111,8 +111,8 @@ class Jitter(Struct, frozen=True, eq=False):
 
     def mean_voltage_v(self, membrane: Membrane, velocity_unit: float) -> Floats:
         """Mean of the voltage gained at each impact, to second order in the kicks, (N,) [V]; parameters as above."""
-        # The voltage is no polynomial of the velocity, but near one: of a spread by a tenth five nodes miss the mean by
-        # 1e-11 of it, by a fifth 5e-8. That of the mean velocity alone is 0.15 % and 0.6 % too small.
+        # The voltage is no polynomial of the velocity, but near one: for a spread of a tenth, five nodes miss the mean
+        # by 1e-11 of it, for a fifth by 5e-8. The voltage of the mean velocity alone is 0.15 % and 0.6 % too small.
         nodes, weights = np.polynomial.hermite_e.hermegauss(5)
         velocity = (self.motion.velocity + self.mean[:, 1])[:, None] + self.velocity[:, None] * nodes
         gained = generated_voltage(velocity_unit * np.abs(velocity), membrane)
@@ -126,7 +126,7 @@ class NoJitter(Struct, frozen=True):
     ----------
     reason : Unsettled
     valid_up_to : float
-        Factor, below 1, by which both kinds of kicks would have to shrink; 0 where none is small enough.
+        Factor, below 1, by which both kinds of kicks would have to shrink; 0 where none that was tried is small enough.
     """
 
     reason: Unsettled
@@ -174,8 +174,8 @@ def jitter(groups: Groups[float], motion: Motion, kick: float, restitution_scatt
     shift of the mean, the skewness of the spread, and the map's curvature, and is found with the simulated map itself
     on a Gauss-Hermite rule: a first round from the linear spread gives mean and third cumulants, a second one what is
     added to S in a period. Without the skewness it would have the wrong sign next to a period doubling. With kicks that
-    are off by some per cent the next orders count as well, so rounds go on until the moments repeat themselves. What is
-    left out then are fourth cumulants.
+    have errors of some per cent the next orders count as well, so rounds go on until the moments repeat themselves.
+    What is left out then are fourth cumulants.
     """
     if not (0 <= kick < inf and 0 <= restitution_scatter < inf):
         raise ValueError(f"standard deviations must be finite and not negative: {kick}, {restitution_scatter}")
@@ -194,8 +194,8 @@ def jitter(groups: Groups[float], motion: Motion, kick: float, restitution_scatt
     if not kicks.any():
         return Jitter(motion, np.array(covariance), np.zeros((len(matrices), 2)), 0.0, inf)
     room = _room(groups, motion, restitution_scatter)
-    # Kicks may be so small that what they neglect is lost in rounding: the error is then that of larger ones, scaled
-    # back by the square of the factor, by which it grows at first.
+    # Kicks may be so small that what is neglected is lost in rounding: the error is then found for larger kicks and
+    # divided by the square of the factor, as it grows with the square at first.
     enlarged = max(0, ceil(log2(LEAST_KICK / sqrt(float(kicks.max())))))
     spreads = np.array(covariance)
 
@@ -220,7 +220,7 @@ def jitter(groups: Groups[float], motion: Motion, kick: float, restitution_scatt
 
 
 def _farthest(error_at: Callable[[float], float], factor: float, error: float) -> float:
-    """The factor up to which an error, known at one at which it is small enough, stays below `TOLERANCE`."""
+    """The factor of the kicks up to which the error stays below `TOLERANCE`, from a factor at which it does."""
     aim, beyond, over = (1 + NEARLY) / 2 * TOLERANCE, inf, inf
     for _ in range(REFINED):
         if not 0 < error < NEARLY * TOLERANCE:
@@ -228,7 +228,7 @@ def _farthest(error_at: Callable[[float], float], factor: float, error: float) -
         if beyond == inf:
             ahead = factor * sqrt(aim / error)  # it grows with the square
         elif over == inf:
-            # Where the nodes come to other membranes there is no error by which to go on.
+            # Where nodes of the rule come to other membranes there is no error by which to go on.
             ahead = (factor + beyond) / 2
         else:
             # Next to a critical point it grows faster than with the square: by the power that both ends show.
@@ -242,7 +242,7 @@ def _farthest(error_at: Callable[[float], float], factor: float, error: float) -
 
 
 def _room(groups: Groups[float], motion: Motion, restitution_scatter: float) -> float:
-    """Factor by which the scatter may grow until restitutions below 0 or above 1 are more than rare."""
+    """Factor by which the scatter of the restitution may grow until values below 0 or above 1 are more than rare."""
     if restitution_scatter == 0:
         return inf
     coefficients = [groups.restitution_at(wall) for wall in motion.word.walls]
@@ -256,7 +256,7 @@ def _neglected(
     lap: Floats,
     linear: Floats,
 ) -> tuple[float, Floats]:
-    """Error of the linear standard deviations, as a share of them, and shifts of the means at each impact.
+    """Relative error of the linear standard deviations, and shifts of the means at each impact, (N, 2).
 
     The error is inf where other membranes are met, or where the moments do not settle.
     """
@@ -283,16 +283,15 @@ def _neglected(
             return inf, np.zeros(0)
         errors.append(float(np.abs(np.sqrt(variances / scale) - 1).max()))
         if abs(errors[-1] - errors[-2]) <= SETTLED * errors[-1]:
-            # Neither the first term nor the moments are the whole: the larger of both.
+            # Neither the first term nor the repeated moments are the whole error: the larger of both counts.
             error = max(errors[1], errors[-1])
             return error * (1 + BEYOND * error), means
     return inf, np.zeros(0)
 
 
 def _repeated(lap: Floats, moments: _Moments, after: _Moments) -> _Moments:
-    """Moments that come nearer to repeating themselves after a period, by linear theory of what they change."""
-    # Newton's step with the derivatives of linear theory: in a period deviations are multiplied by A, and of their
-    # products each factor is.
+    """Moments that come nearer to repeating themselves after a period, by a Newton step with linear theory."""
+    # In a period linear theory multiplies deviations by A, and so each factor of their products.
     cubed = np.kron(lap, np.kron(lap, lap))
     mean = moments.mean + np.linalg.solve(np.eye(2) - lap, after.mean - moments.mean)
     skewed = np.linalg.solve(np.eye(8) - cubed, (after.skewness - moments.skewness).ravel())
@@ -318,7 +317,7 @@ def _rule() -> tuple[Floats, Floats, Floats]:
 def _through_a_period(
     groups: Groups[float], motion: Motion, spread: tuple[float, float], moments: _Moments
 ) -> list[_Moments] | None:
-    """Moments after each flight of one period of the simulated map with kicks; None where one ends elsewhere."""
+    """Moments after each flight of one period of the simulated map with kicks; None where a flight ends elsewhere."""
     passed: list[_Moments] = []
     nodes, weights, tensor = _rule()
     durations, walls, count = motion.durations, motion.word.walls, len(motion.word)
@@ -326,11 +325,11 @@ def _through_a_period(
     for i, wall in enumerate(walls):
         j = (i + 1) % count
         sizes = np.linalg.eigvalsh(covariance)
-        # As with no restitution: a spread that is a line has no density to be corrected.
+        # A spread that is a line, as with zero restitution, has no density to be corrected.
         if sizes[0] <= FLATTEST * sizes[1]:
             return None
-        # Edgeworth's density: the normal one, of which the nodes are, with the third cumulants as a first correction of
-        # their weights.
+        # Edgeworth's density: the normal one, to which the nodes belong, with the third cumulants as a first correction
+        # of their weights.
         root = np.linalg.cholesky(covariance)
         inverse = np.linalg.inv(root)
         standard = np.einsum("ai,bj,ck,ijk->abc", inverse, inverse, inverse, skewness)
@@ -339,7 +338,7 @@ def _through_a_period(
         before = motion.velocity[i] + faster
         kicks = nodes[:, 2] * np.array([hypot(spread[0], spread[1] * v) for v in before.tolist()])
         after = np.asarray(groups.after(wall, before)) + kicks
-        # A node that comes from the wrong side, or does not leave, is of another impact sequence.
+        # A node that comes from the wrong side, or does not leave, belongs to another word.
         if (wall * after >= 0).any() or (wall * before <= 0).any():
             return None
         ends = forwards(groups, wall, motion.time[i] + late, after)

@@ -1,4 +1,4 @@
-"""What is required of shocks and kicks, and which starts come to motions of words that are required."""
+"""Judge the requirements on shocks and kicks, and the share of starts that come to motions of required words."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ShockRemark(Pattern, file="disturbances"):
-    """Where a value comes from, and why a requirement is not met."""
+    """Sentences on where a value comes from, and why a requirement on shocks is not met."""
 
     NO_MOTION = auto()
     UNDECIDED = auto()
@@ -33,7 +33,7 @@ def outcomes_of(evidence: Evidence) -> Outcomes:
 
 
 def judged_shock(evidence: Evidence, limit: Limit) -> Judgement:
-    """The least shock found or, where none leads out, the largest that was tried; of the words that are required."""
+    """Judge the least shock of motions of the required words or, where none leads out, the largest that was tried."""
     outcomes = outcomes_of(evidence)
     withstood, attracting = outcomes.withstood, outcomes.attracting
     if evidence.allowed and attracting is not None:
@@ -52,18 +52,18 @@ def judged_shock(evidence: Evidence, limit: Limit) -> Judgement:
 
 
 def judged_jitter(evidence: Evidence, limit: Limit) -> Judgement:
-    """The largest spread of the phase of an impact under the kicks that are given."""
+    """Judge the largest standard deviation of the phase [deg] of an impact under the kicks of the scenario."""
     withstood = outcomes_of(evidence).withstood
     if withstood is None:
         raise NumericalError(Remark.NOT_STABLE.said())
     if withstood.phase_deg is None or withstood.spread is None:
         raise NumericalError(ShockRemark.UNDECIDED.said(reason=withstood.jitter_unknown))
-    # What linear theory neglects counts as an error bound: nearer than that to the limit nothing is decided.
+    # What linear theory neglects counts as an error bound: a value nearer to the limit than that decides nothing.
     return held_against(withstood.phase_deg, limit, bound=withstood.spread.error * withstood.phase_deg)
 
 
 def share_of_starts(evidence: Evidence, attracting: AttractingMotions) -> Phrase | None:
-    """How many random starts come to a motion of a word that is required; None where that cannot be told."""
+    """A phrase on the share of random starts that come to a motion of a required word; None where it is unknown."""
     if attracting.others is None:
         return None
     shares = [motion.share or 0.0 for motion in allowed_motions(evidence, attracting)]

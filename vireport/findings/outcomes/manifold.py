@@ -1,8 +1,8 @@
 """The stable manifold of an unstable motion, a line that bounds basins: grown backwards by explicit steps.
 
 Turns a motion into pieces of the line on the sections of impacts, and these into lines in the plane of time and size of
-a shock. Backwards the map stretches the line and draws all beside it towards it, so that points put in between two
-others by a straight line are on it after a few impacts.
+a shock. Backwards the map stretches the line and draws neighbouring points towards it, so that points interpolated
+linearly between two others are on it after a few impacts.
 """
 
 from __future__ import annotations
@@ -46,10 +46,9 @@ class ManifoldPiece(Struct, frozen=True, eq=False):
     Attributes
     ----------
     start_wall : int
-        1 bottom, -1 top.
+        The membrane on which the flights begin: 1 bottom, -1 top.
     start_time, end_time : ndarray
-        [t_c], the forcing phase being pi times that; each flight by a clock of its own, which may be whole forcing
-        periods off.
+        [t_c], the forcing phase being pi times that; the clocks of flights may differ by whole forcing periods.
     after, before : ndarray
         Relative velocity just after the impact that begins a flight, and just before the one that ends it [y_c].
     """
@@ -77,7 +76,7 @@ class ShockLine(NamedTuple):
 
 
 class _Line(NamedTuple):
-    """Points of the line before impacts, and which part each is of."""
+    """Points of the manifold just before impacts, and the number of the continuous part that each belongs to."""
 
     wall: Floats
     time: Floats
@@ -91,7 +90,7 @@ class _Line(NamedTuple):
 def stable_manifold(
     groups: Groups[float], companion: Motion, fastest: float, spacing: float = 0.02
 ) -> tuple[ManifoldPiece, ...]:
-    """Follow the stable manifold of an unstable motion back from it, () where it has none that is a line.
+    """Follow the stable manifold of an unstable motion backwards from it; () where it has none that is a line.
 
     Parameters
     ----------
@@ -110,8 +109,8 @@ def stable_manifold(
     if not (np.isreal(values).all() and 0 < contraction < 1 < abs(values[1 - inside])):
         return ()
     direction = vectors[:, inside].real / np.abs(vectors[:, inside]).max()
-    # The eigenvector is the tangent. What the line curves away from it over so short a length shrinks with every period
-    # back, by the multiplier outside the unit circle, as all does that is beside the line.
+    # The eigenvector is the tangent. The line curves little away from it over so short a length; this deviation, as any
+    # from the line, shrinks with every period back by the multiplier outside the unit circle.
     distance = BEGINNING * np.linspace(0, 1, FIRST_POINTS)
     offset = np.concatenate([distance, -distance])
     line = _Line(
@@ -123,7 +122,7 @@ def stable_manifold(
     count = len(companion.word)
     # Backwards the line grows by the inverse of the multiplier inside, from its beginning to velocities of order 1.
     periods = min(PERIODS + ceil(log(BEGINNING) / log(contraction)), MOST_PERIODS)
-    # Each image of the line a period back holds the one before: the last ones have all of it.
+    # Each image of the line a period back contains the one before: the last images have all of it.
     images: deque[list[ManifoldPiece]] = deque(maxlen=count)
     for _ in range(periods * count):
         line, begun = _refined(groups, line, fastest, spacing)
@@ -135,7 +134,7 @@ def stable_manifold(
 
 
 def _refined(groups: Groups[float], line: _Line, fastest: float, spacing: float) -> tuple[_Line, Arrivals]:
-    """Put points into a line until those a flight back are close to one another; the line, and these."""
+    """Add points to a line until their images a flight back are close to one another; the line, and the images."""
     begun = backwards(groups, *line[:3])
     for _ in range(HALVINGS):
         apart, alike, inside = _steps(groups, line, begun, fastest)
@@ -157,7 +156,7 @@ def _refined(groups: Groups[float], line: _Line, fastest: float, spacing: float)
 def _steps(
     groups: Groups[float], line: _Line, begun: Arrivals, fastest: float
 ) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
-    """From point to point: how far apart the impacts before are, whether on one membrane, and whether any is wanted."""
+    """Between neighbours: distance of the impacts before, whether these are on one membrane, and whether one counts."""
     speed = _before(groups, begun)
     apart = np.maximum(np.abs(np.diff(begun.time)), np.abs(np.diff(speed)))
     wanted = (begun.wall != 0) & (np.abs(speed) <= fastest)
@@ -165,7 +164,7 @@ def _steps(
 
 
 def _before(groups: Groups[float], begun: Arrivals) -> Floats:
-    """Velocities before the impacts that begin flights, by those after them."""
+    """Velocities [y_c] just before the impacts that begin flights, from those just after them."""
     r = np.array([groups.restitution_at(1) if wall > 0 else groups.restitution_at(-1) for wall in begun.wall.tolist()])
     return np.asarray(-begun.velocity / r)
 
@@ -173,7 +172,7 @@ def _before(groups: Groups[float], begun: Arrivals) -> Floats:
 def _cut(
     groups: Groups[float], line: _Line, begun: Arrivals, fastest: float, spacing: float
 ) -> tuple[list[ManifoldPiece], _Line]:
-    """The pieces of a line that are continuous a flight back, and the line there."""
+    """The pieces of a line whose images a flight back are continuous, and the line of these images."""
     apart, alike, _ = _steps(groups, line, begun, fastest)
     speed = _before(groups, begun)
     wanted = (begun.wall != 0) & (np.abs(speed) <= fastest) & (begun.wall * speed > 0)
@@ -190,12 +189,12 @@ def _cut(
 
 
 def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> list[ShockLine]:
-    """The lines that a part of the manifold is in the plane of time and size of a shock to a motion.
+    """The lines that a piece of the manifold makes in the plane of time and size of a shock to a motion.
 
     Notes
     -----
-    Two flights under the same forcing differ by a linear function of time. Where it is zero a jump of its slope takes
-    the ball from one to the other: no search is needed.
+    Without friction, two flights under the same forcing differ by a linear function of time. Where it is zero, a jump
+    by its slope takes the ball from one to the other: no search is needed.
     """
     lines: list[ShockLine] = []
     begins = float(motion.time[0])
@@ -216,7 +215,7 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> li
             jump = speed - undisturbed_speed
             with np.errstate(divide="ignore", invalid="ignore"):
                 time = low - (position - undisturbed) / jump
-            # Where the flights move alike (jump 0) no time is found, and NaN crosses nothing.
+            # Where the flights have the same velocity (jump 0) they never cross: the time is NaN.
             crosses = (low <= high) & (time >= low) & (time <= high)
             for rows in np.split(np.arange(len(crosses)), np.flatnonzero(np.diff(crosses)) + 1):
                 if crosses[rows[0]] and len(rows) > 1:
@@ -225,7 +224,7 @@ def on_shocks(groups: Groups[float], motion: Motion, piece: ManifoldPiece) -> li
 
 
 def _state(groups: Groups[float], time: Floats, wall: int, start: Floats, after: Floats) -> tuple[Floats, Floats]:
-    """Position and velocity at some times of flights that begin on a membrane."""
+    """Position and velocity [y_c] at some times [t_c] of flights that begin on a membrane."""
     elapsed, begun, now = time - start, groups.wave(pi * start, ARRAYS), groups.wave(pi * time, ARRAYS)
     covered, speed = groups.flown(elapsed, after, begun, now, -wall)
     return np.asarray(wall * groups.d / 2 + covered), np.asarray(speed)

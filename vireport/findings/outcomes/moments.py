@@ -1,7 +1,7 @@
 """What a ball at rest comes to by the moment at which the force sets in, at once or with an amplitude that rises.
 
-Of an amplitude that rises, each half wave of the force, between two of its zeros, has the amplitude that a linear ramp
-has at its middle: the force is continuous, and within a half wave all is the model of the simulation in the units of
+While the amplitude rises, each half wave of the force, between two of its zeros, has the amplitude that a linear ramp
+has at its middle: the force is continuous, and within a half wave the model of the simulation holds in the units of
 that amplitude.
 """
 
@@ -40,8 +40,8 @@ def outcomes_by_moment(
     Returns
     -------
     tuple of (float, FromRest)
-        Each with its share of the moments. Without a ramp those in which the ball is pressed down come first, as one
-        for each release; the others are 32 evenly spaced.
+        Shares of the moments and their outcomes. Without a ramp, the moments at which the ball is pressed down come
+        first, one entry for each release; the others are 32 evenly spaced ones.
     """
     if not ramp_periods:
         pressed = presses(device.groups)
@@ -70,7 +70,7 @@ def unpressed(pressed: Sequence[Press], count: int) -> list[float]:
 
 
 def ramp_that_helps(device: StartingDevice, compiled: bool) -> int | None:
-    """The fewest forcing periods of `RAMPS` over which to raise the amplitude so that every moment leads to 1:1 motion.
+    """The fewest forcing periods of `RAMPS`, over which the amplitude rises, with which all moments lead to 1:1 motion.
 
     None where none of them does.
     """
@@ -83,11 +83,11 @@ def ramp_that_helps(device: StartingDevice, compiled: bool) -> int | None:
 
 
 def outcome_of(outcomes: Sequence[tuple[float, FromRest]]) -> FromRest:
-    """What to tell of several moments: the first outcome, or one of a ramp that misses the 1:1 motion, or the slowest.
+    """The outcome that stands for several moments: the first or, with a ramp, one that misses 1:1 or the slowest.
 
     Without a ramp the first one is that of all moments in which the ball is pressed down.
     """
-    # With a ramp each of the moments has the same part; without one the first is all those of a release.
+    # With a ramp all moments have equal shares; without one the first entry has all moments of a release.
     if len({part for part, _ in outcomes}) > 1:
         return outcomes[0][1]
     missed = (outcome for _, outcome in outcomes if not outcome.is_one_to_one)
@@ -120,7 +120,7 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
         amplitude = min((elapsed + (zero - now) / 2) / (2 * periods), 1.0)
         state = _half_wave(groups, state, amplitude, zero - now, compiled)
         elapsed, now = elapsed + zero - now, zero
-        # From the zero and not from what was added up: rounding would put the next half wave on the wrong side of it.
+        # Computed from the zero, not from the sum of times: rounding would put the next half wave on its wrong side.
         state = (*state[:3], (zero % 2) * pi)
     return state
 
@@ -128,7 +128,7 @@ def ramped(groups: Groups[float], phase: float, periods: float, compiled: bool =
 def _half_wave(groups: Groups[float], state: State, amplitude: float, duration: float, compiled: bool) -> State:
     """State after a time [t_c] with a constant amplitude, over that at the end of the ramp."""
     d, gbar, r, harmonics, friction = groups
-    # In units of a smaller amplitude all that does not grow with it is larger: length, gravity, friction, the state.
+    # In units of a smaller amplitude, whatever does not scale with it is larger: length, gravity, friction, the state.
     rubbing = None if friction is None else friction / amplitude
     groups = Groups(d / amplitude, gbar / amplitude, r, harmonics, rubbing)
     model = check_model(groups)[0]

@@ -1,4 +1,4 @@
-"""What other starts come to than a ball at rest to which the whole force sets in, gathered for one scenario."""
+"""What starts come to other than a ball at rest with the whole force at once, gathered for one scenario."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Ramp(Struct, frozen=True):
 
 
 class Outcomes(Struct, frozen=True, eq=False):
-    """What other starts come to; what was not computed is None.
+    """What starts other than a ball at rest come to; what was not computed is None.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Outcomes(Struct, frozen=True, eq=False):
     ramp : Ramp or None
         Where switching on at once does not reach it, though one is stable.
     window : Window or None
-        How far the outcome stays around the design point.
+        How far around the design point the outcome stays the same.
     withstood : Withstood or None
         The least shock and the jitter of the stable 1:1 motions at the design point.
     attracting : AttractingMotions or None
@@ -73,7 +73,7 @@ class Outcomes(Struct, frozen=True, eq=False):
 
     @property
     def narrow(self) -> bool:
-        """Whether the outcome changes within what devices are commonly made to."""
+        """Whether the outcome changes within common manufacturing tolerances."""
         window = self.window
         nearest = window.nearest if window is not None else None
         return window is not None and nearest is not None and window.distance(nearest) < NARROW * abs(window.value)
@@ -87,7 +87,7 @@ class Outcomes(Struct, frozen=True, eq=False):
 
     @property
     def withstood_in_use(self) -> Withstood | None:
-        """What the stable 1:1 motions withstand or, where there are none, what is reached from rest."""
+        """What the stable 1:1 motions withstand or, where there are none, the motion that is reached from rest."""
         # Without a stable 1:1 motion there is still something that the user's device does, and that shocks can end.
         if self.withstood is not None or self.attracting is None:
             return self.withstood

@@ -41,7 +41,7 @@ class OutcomePlane(Struct, frozen=True, eq=False):
     outcome : ndarray of int (m, n)
         Index into `outcomes`.
     outcomes : tuple of Attractor
-        The motions and states in which starts end, first those of the motions that are known before.
+        The motions and states in which starts end; those that were known beforehand come first.
     evaluated : int
         Points of the grid that were simulated; the others lie in cells that are taken to be of one outcome.
     """
@@ -67,11 +67,11 @@ def shock_plane(groups: Groups[float], motions: Sequence[Motion], largest: float
     groups : Groups
         Of the device.
     motions : sequence of Motion
-        Stable ones; the first is the one that is knocked.
+        Stable motions; the shocks are to the first one.
     largest : float
         Size of the jumps up to which the plane reaches either way [y_c].
     points : int
-        Along either axis; one more than a power of 2, at least 17.
+        Points along either axis: one more than a power of 2, at least 17.
 
     Returns
     -------
@@ -99,7 +99,8 @@ def shock_plane(groups: Groups[float], motions: Sequence[Motion], largest: float
 def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarsest: int = COARSEST) -> OutcomePlane:
     """Colour a grid of one more than a power of 2 points along either axis, coarse cells first.
 
-    Of thin bands only what `coarsest` cells along either axis meet is followed; as many as the grid has, miss none.
+    Thin bands are found only where the corners of `coarsest` cells along either axis meet them; with as many cells as
+    the grid has, every point is followed.
     """
     size = len(x) - 1
     if size < COARSEST or size & (size - 1):
@@ -122,8 +123,8 @@ def coloured(recognise: Recogniser, x: Floats, y: Floats, starts: Starts, coarse
     while step > 1:
         corners = np.stack([label[row + a, column + b] for a in (0, step) for b in (0, step)])
         differ = (corners != corners[0]).any(axis=0)
-        # With neighbours: a boundary may cut into a cell between two of its corners. A cell more on each side spares
-        # the edges of the grid.
+        # With neighbours: a boundary may cut into a cell between two of its corners. One more cell on each side avoids
+        # special cases at the edges of the grid.
         near = np.zeros((size // step + 2, size // step + 2), dtype=bool)
         for a in range(3):
             for b in range(3):

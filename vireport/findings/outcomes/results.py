@@ -1,4 +1,4 @@
-"""What other starts come to as records of results.json, within what it has of switching on."""
+"""What other starts come to as records of results.json, within its block `disturbances`."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ class BasinData(ResultsBlock, frozen=True, kw_only=True):
 
 
 def disturbances_with_outcomes(block: DisturbancesData, outcomes: Outcomes) -> DisturbancesData:
-    """The block of the core with what other starts come to; null is what was not computed."""
+    """The block on disturbances with what other starts come to; what was not computed is null."""
     ramp, window, from_rest = outcomes.ramp, outcomes.window, block.from_rest
     withstood, attracting, basins = outcomes.withstood, outcomes.attracting, outcomes.basins
     if from_rest is not None:
@@ -236,7 +236,7 @@ def _window(window: Window) -> WindowData:
         to_periods=None if above is None else above.periods,
         from_accumulates=low.accumulates,
         to_accumulates=high.accumulates,
-        claim=Claim.SEARCHED,  # samples tell of no edge that it is the nearest
+        claim=Claim.SEARCHED,  # samples cannot show that an edge is the nearest
     )
 
 

@@ -1,7 +1,7 @@
 """The ends of many starts: the motion that they were knocked out of, another one, rest, or none of these.
 
-A start has returned once it is in the core of a stable motion, a neighbourhood that the map takes into itself; so most
-are known after a few impacts, and no start is followed until it has settled.
+A start has returned once it is in the core of a stable motion, a neighbourhood that the map takes into itself. So the
+ends of most starts are known after a few impacts, long before they have settled.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ REPRESENTATIVES = 3
 
 
 class Elsewhere(IntEnum):
-    """Ends of starts in no motion with a core, as numbers below those of cores."""
+    """Ends of starts that come to no motion with a core, as numbers below zero; cores are numbered from 0."""
 
     UNKNOWN = -1
     RESTS = -2
@@ -73,9 +73,10 @@ class Core(Struct, frozen=True, eq=False):
     ----------
     motion : Motion
     forms : ndarray (N, 2, 2)
-        Of each impact: the quadratic form of deviations of time and velocity that falls from impact to impact.
+        For each impact, the quadratic form of deviations of time [t_c] and velocity [y_c] whose value falls from impact
+        to impact.
     level : float
-        Its largest value in the core.
+        Largest value of the form in the core.
     patience : int
         Impacts within which a start that returns is expected in the core.
     """
@@ -102,7 +103,7 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
     ValueError
         Where the motion is not stable.
     NumericalError
-        Where it is nearly not: its larger multiplier has a modulus above `NEAREST`.
+        Where the motion is nearly unstable: its larger multiplier has a modulus above `NEAREST`.
 
     Notes
     -----
@@ -112,8 +113,8 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
     """
     matrices = flight_matrices(groups, motion)
     lap, gathered = np.eye(2), np.zeros((2, 2))
-    # Of V at the first impact: what deviations there become within a period; the periods after it follow by
-    # `stationary`.
+    # V at the first impact: first the sum of the squares of deviations within a period; `stationary` adds the periods
+    # after it.
     for matrix in matrices:
         gathered += lap.T @ lap
         lap = matrix @ lap
@@ -127,11 +128,11 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
             f"(allowed: {percent(1 - NEAREST)} or more)"
         )
     forms = [stationary(lap.T, gathered)]
-    # Found backwards from the one after the last impact, which is the first one a period later.
+    # The other forms follow backwards from the first impact of the next period.
     for matrix in matrices[:0:-1]:
         forms.insert(0, np.eye(2) + matrix.T @ forms[0] @ matrix)
     forms = [forms[-1], *forms[:-1]]
-    # The level line of a form x' V x reaches along an axis as far as the root of level times that entry of the inverse.
+    # Along axis i the level line of a form x' V x reaches to the root of level times (V^-1)_ii.
     stretch = max(float(np.linalg.inv(form).diagonal().max()) for form in forms)
     level = WIDEST**2 / stretch
     for _ in range(SHRUNK):
@@ -143,7 +144,7 @@ def core_of(groups: Groups[float], motion: Motion, compiled: bool = False) -> Co
 
 
 def patient(groups: Groups[float], cores: Sequence[Core], unstable: Sequence[Motion]) -> list[Core]:
-    """The cores, with as much patience as a start takes that passes next to one of some unstable motions."""
+    """The cores, with enough patience for a start that passes next to one of some unstable motions."""
     longest = max((_lingers(groups, motion) for motion in unstable), default=0)
     return [replace(core, patience=max(core.patience, longest)) for core in cores]
 
@@ -159,20 +160,20 @@ def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], l
     angle = 2 * pi / DIRECTIONS * np.arange(DIRECTIONS)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     around = np.concatenate([share * circle for share in SHELLS])
-    # Next to a period doubling one period takes what is on one side farther out on the other; two bring it nearer.
+    # Next to a period doubling a start may be farther out on the other side after one period; after two it is nearer.
     model, impacts = np.repeat(check_model(groups), len(around), axis=0), 2 * len(forms)
     walls = np.tile(motion.word.walls, 3)
     for i, form in enumerate(forms):
         # With V = L L' the solutions of L' x = y, y on a circle, are a level line of V.
         off = np.sqrt(level) * np.linalg.solve(np.linalg.cholesky(form).T, around.T).T
         before, phase = motion.velocity[i] + off[:, 1], np.mod(motion.phase[i] + pi * off[:, 0], TURN) % TURN
-        # A velocity away from the membrane is that of no impact: so large a core has parts without a map.
+        # A velocity away from the membrane belongs to no impact: parts of so large a core have no map.
         if (walls[i] * before <= 0).any():
             return False
         starts = np.stack([np.full(len(off), float(walls[i])), np.zeros(len(off)), before, phase], axis=1)
         rows, _ = follow_impacts(model, starts, impacts, compiled=compiled)
-        # A start that meets other walls is beyond a grazing, where the map has another derivative: its neighbours
-        # within would not tell.
+        # A start that meets other membranes is beyond a grazing, where the map has another derivative: that its
+        # neighbours on this side are contracted proves nothing for it.
         if (rows[:, :, WALL] != walls[i : i + impacts + 1]).any():
             return False
         if (_values(form, _deviations(motion, i, rows[:, -1])) >= _values(form, off)).any():
@@ -181,7 +182,7 @@ def _leads_inwards(groups: Groups[float], motion: Motion, forms: list[Floats], l
 
 
 def _deviations(motion: Motion, impact: int, rows: Floats) -> Floats:
-    """Deviations of time and velocity of impacts, rows of the simulation, from an impact of a motion, (n, 2)."""
+    """Deviations of time [t_c] and velocity [y_c] of rows of the simulation from an impact of a motion, (n, 2)."""
     late = wrapped(rows[:, PHASE] - motion.phase[impact]) / pi
     return np.stack([late, rows[:, VELOCITY] - motion.velocity[impact]], axis=1)
 
@@ -191,7 +192,7 @@ def _values(form: Floats, off: Floats) -> Floats:
 
 
 def endings(groups: Groups[float], starts: Floats, cores: Sequence[Core], compiled: bool = True) -> Ints:
-    """The motion that each start leads to, as the place of its core among those given, or a number of `Elsewhere`.
+    """The motion that each start leads to, as the index of its core among `cores`, or a number of `Elsewhere`, (n,).
 
     Parameters
     ----------
@@ -219,16 +220,16 @@ def endings(groups: Groups[float], starts: Floats, cores: Sequence[Core], compil
 
 
 def _followed(groups: Groups[float], starts: Floats, cores: Sequence[Core], compiled: bool) -> tuple[Ints, Floats]:
-    """Where starts end, and the impacts (n, 6) after which those ride that a membrane then releases, 0 for others."""
+    """Where starts end, and (n, 6) the last impact of those that ride until a membrane releases them, 0 for others."""
     ends = np.full(len(starts), Elsewhere.UNKNOWN, dtype=np.int64)
     rode = np.zeros((len(starts), COLUMNS))
     active, states, model = np.arange(len(starts)), starts, check_model(groups)
     patience, block, used = max((core.patience for core in cores), default=MOST), FIRST, 0
-    # Blocks grow: most starts are known after a few impacts, and the others are not known sooner for being asked often.
+    # Blocks grow: the ends of most starts are known after a few impacts, and more checks do not speed up the others.
     while len(active) and used < patience:
         rows, summary = follow_impacts(np.repeat(model, len(states), axis=0), states, block, compiled=compiled)
-        # The last impact of a block is enough, as no start leaves a core again. Rows before a start are NaN, and a ride
-        # for ever is rest, which the summary tells: neither is followed.
+        # Only the last impact of a block is tested, as no start leaves a core again. Rows before a start are NaN, and a
+        # ride for ever is rest, which the summary tells: neither is followed.
         last, riding = rows[:, -1], np.nan_to_num(rows[:, :, RIDING], posinf=0.0) > 0
         label = np.full(len(active), Elsewhere.UNKNOWN, dtype=np.int64)
         label[(summary[:, 2] == REST) | (summary[:, 2] == HELD)] = Elsewhere.RESTS
@@ -246,7 +247,7 @@ def _followed(groups: Groups[float], starts: Floats, cores: Sequence[Core], comp
 
 
 def _released(groups: Groups[float], ride: Floats, cores: Sequence[Core], compiled: bool) -> int:
-    """Where a ball ends that rides on a membrane after an impact; in rest, if it is released twice in one state."""
+    """Where a ball that rides on a membrane after an impact ends; at rest if it is released twice in the same state."""
     rides = ride[None]
     while True:
         rows, _ = follow_impacts(check_model(groups), as_starts(rides[-1:]), 1, compiled=compiled)
@@ -261,17 +262,17 @@ def _released(groups: Groups[float], ride: Floats, cores: Sequence[Core], compil
 
 
 class Recogniser:
-    """The ends of starts in many rounds: a motion that some of them settle on is known in all rounds to come.
+    """Recognises the ends of starts, round by round: a motion that starts settle on is learnt for all later rounds.
 
-    Core k is that of the motion `outcomes[place[k]]`, whose places are in the order in which motions became known; the
-    outcomes that are no such motion have their places in `elsewhere`.
+    Core k belongs to the motion `outcomes[place[k]]`, in the order in which motions became known; `elsewhere` has the
+    indices of the outcomes that are no motion with a core.
     """
 
     def __init__(self, groups: Groups[float], motions: Sequence[Motion]) -> None:
         self.groups = groups
         self.cores: list[Core] = []
         self.outcomes: list[Attractor] = []
-        self.place: list[int] = []  # of each core among the outcomes
+        self.place: list[int] = []  # index of each core's motion among the outcomes
         self.elsewhere: dict[Elsewhere, int] = {}
         for motion in motions:
             self._learn(motion, self._attractor(self._on(motion)))
@@ -288,7 +289,7 @@ class Recogniser:
         self.outcomes.append(attractor)
 
     def __call__(self, rows: Floats) -> Ints:
-        """Index of the outcome of each start, after learning motions that were not known."""
+        """Index into `outcomes` for each start, a row of `check_start`, after learning motions that were not known."""
         outcome = self._outcomes(rows)
         for _ in range(REPRESENTATIVES):
             unknown = np.flatnonzero(outcome == Elsewhere.UNKNOWN)
@@ -297,11 +298,11 @@ class Recogniser:
             attractor = self._attractor(rows[unknown[0]])
             cycle = attractor.cycle
             if cycle is None or cycle.sticks or cycle.growth > NEAREST:
-                # What does not settle, or not within the patience, is one outcome, whatever it is called.
+                # All that does not settle, or not within the patience, is one outcome, whatever it is called.
                 outcome[unknown[0]] = self._at(Elsewhere.UNKNOWN, rows[unknown[0]], attractor)
                 continue
             known = [at for core, at in zip(self.cores, self.place, strict=True) if core.holds(cycle.impacts).all()]
-            if known:  # it is back, but later than was waited for
+            if known:  # it has returned, but later than the patience allows
                 outcome[unknown[0]] = known[0]
                 continue
             self._learn(cycle.motion(self.groups.d), attractor)
@@ -313,7 +314,7 @@ class Recogniser:
 
     def _outcomes(self, rows: Floats) -> Ints:
         ends = endings(self.groups, rows, self.cores)
-        # Ends below zero are kinds, not places: without a motion known before there is no place at all.
+        # Ends below zero are kinds of `Elsewhere`, not indices; without a known motion there is no index at all.
         outcome = np.where(ends >= 0, np.array([*self.place, Elsewhere.UNKNOWN])[np.maximum(ends, 0)], ends)
         for kind in (Elsewhere.RESTS, Elsewhere.DRIFTS):
             of_kind = ends == kind
@@ -322,7 +323,7 @@ class Recogniser:
         return outcome
 
     def _at(self, kind: Elsewhere, start: Floats, attractor: Attractor | None = None) -> int:
-        """Place of an outcome that is no motion with a core; the first start that leads there is followed for it."""
+        """Index of an outcome that is no motion with a core; the first start that leads there is followed for it."""
         if kind not in self.elsewhere:
             self.elsewhere[kind] = len(self.outcomes)
             self.outcomes.append(self._attractor(start) if attractor is None else attractor)

@@ -1,8 +1,8 @@
 """The least shock that knocks the ball out of a stable motion: the smallest jump of the velocity that does not die out.
 
-Found by a search over the moment of the shock and its size, which trusts no bisection: of the jumps larger than the
-least one, many may return as well. Where the edge is a companion unstable motion's stable manifold, as it mostly is, a
-second way gives it to the last digit.
+Found by a search over the moment of the shock and its size. Bisection would not do, as many jumps larger than the least
+one may return as well. Where the edge is the stable manifold of an unstable companion, as it mostly is, a second method
+gives it to the last digit.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ class Effort(NamedTuple):
     Attributes
     ----------
     after : int
-        Sizes just after an impact, in each of `octaves` ranges of size, of either sign.
+        Sizes just after an impact, for either sign, in each of `octaves` ranges of size.
     moments, levels : int
-        Later moments of each flight, and sizes there.
+        Later moments within each flight, and sizes at each of these.
     octaves : int
         Ranges of size, each twice as wide as the one before but for the first two.
     zoom : int
@@ -107,25 +107,25 @@ class LeastShock(Struct, frozen=True, eq=False):
     ----------
     motion : Motion
     jump : float or None
-        Its size [y_c]: smaller ones return, and just above it some do not. None where none was found.
+        Size [y_c]: smaller jumps return, and just above it some do not. None where none that leads out was found.
     sign : int
         1 towards the bottom membrane, -1 towards the top one.
     impact : int
-        The impact of the motion after which it comes.
+        Index of the motion's impact after which the jump comes.
     delay : float
         Time since that impact [t_c].
     companion : Motion or None
-        The unstable motion whose stable manifold it leads to; None where none of those given was.
+        The unstable motion onto whose stable manifold the jump leads; None where no known one is such.
     by_search : float or None
-        The size by the search alone [y_c].
+        Size of the jump by the search alone [y_c].
     leads_to : Attractor or None
         What the device does after a jump just above it.
     searched_to : float
         Size up to which jumps were tried [y_c].
     tried : int
-        How many.
+        Number of jumps that were tried.
     patience : int
-        Impacts after which one that is not back counts as one that leads out.
+        Impacts after which a jump that has not returned counts as one that leads out.
     """
 
     motion: Motion
@@ -150,14 +150,14 @@ class Shock(NamedTuple):
 
 
 class MotionsByStability(NamedTuple):
-    """The motions of a device that lie beside one another: between which shocks lead, and over which the ways go.
+    """The coexisting motions of a device: stable ones, to which shocks lead, and unstable ones between their basins.
 
     Attributes
     ----------
     stable : sequence of Motion
         Each is recognised where a shock leads to it.
     unstable : sequence of Motion
-        On the stable manifold of one of which the edge of a basin may lie.
+        Companions: the edge of a basin may be the stable manifold of one of them.
     """
 
     stable: Sequence[Motion] = ()
@@ -176,12 +176,12 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
     groups : Groups
         Of the device.
     motion : Motion
-        Of a ball with friction one that moves from wall to wall without turning back.
+        With friction, one in which the ball moves from membrane to membrane without turning back.
     impact : int
-        After which they come.
+        Index of the motion's impact after which the shocks come.
     delay : ndarray (n,)
-        Time since it [t_c], below the flight time. At 0 the ball still touches the membrane: a jump that drives it
-        back is an impact at once.
+        Time since that impact [t_c], below the flight time. At 0 the ball still touches the membrane: a jump that
+        drives it back is an impact at once.
     jump : ndarray (n,)
         Added to the relative velocity [y_c].
     """
@@ -192,7 +192,7 @@ def shocked(groups: Groups[float], motion: Motion, impact: int, delay: Floats, j
     rows = np.zeros((len(delay), 4))
     rows[:, 1] = wall * groups.d / 2 + covered
     rows[:, 2] = speed + jump
-    # Of a phase just below 0 the first remainder is rounded up to a whole turn, which no start may have.
+    # The first remainder of a phase just below 0 is rounded up to a whole turn, which is refused for a start.
     rows[:, 3] = np.mod(phase, TURN) % TURN
     touching = delay == 0
     leaving = touching & (wall * rows[:, 2] < 0)
@@ -211,7 +211,7 @@ def least_shock(
 ) -> LeastShock:
     """Find the least shock that leads out of the basin of a stable motion, at any moment of its period.
 
-    By the compiled simulation: by the interpreter it would take minutes.
+    It needs the compiled simulation: interpreted, it would take minutes.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def least_shock(
     motion : Motion
         Stable.
     neighbours : MotionsByStability
-        Other motions, among the stable ones this one too or not.
+        Other motions; the stable ones may include this one.
     searched_to : float, optional
         Largest size to be tried [y_c]; by default the largest impact velocity of the motion.
     effort : Effort
@@ -240,10 +240,10 @@ def least_shock(
     Notes
     -----
     Sizes are tried in ascending ranges, most of them just after the impacts: the distance that a jump opens grows with
-    time, so that one that comes later has to be larger, unless the edge of the basin is folded. From the least that
-    leads out the search descends, each step with as many sizes below it again, for what does lead out lies in bands
-    that may accumulate at the least one. Then smaller ones are tried at random, and the search begins anew below any
-    that leads out.
+    time, so that a later jump has to be larger, unless the edge of the basin is folded. From the least jump that leads
+    out the search descends, each step with as many sizes below it, as the jumps that lead out lie in bands that may
+    accumulate at the least one. Then smaller jumps are tried at random, and the search begins anew below any that leads
+    out.
 
     A shock on the edge leads to an unstable motion x*. With the left eigenvector l of its Jacobian that belongs to the
     multiplier outside the unit circle, l.(P^m(x) - x*) = 0 is solved for the size by secants, m being the nearest
@@ -280,7 +280,7 @@ def least_shock(
                 f"a jump of {rounded_text(abs(by_search.jump))} velocity units takes more than {patience} impacts "
                 "to return, and so may others: what returns cannot be told in reasonable time"
             )
-        # It came back after all, from a chaotic transient longer than was waited for.
+        # The ball came back after all, from a chaotic transient longer than the patience.
         search.cores = [replace(core, patience=min(LONGER * core.patience, LONGEST)) for core in search.cores]
     least = exact or by_search
     return LeastShock(
@@ -306,11 +306,11 @@ class Descent(NamedTuple):
     Attributes
     ----------
     size, delay : float
-        [y_c], [t_c].
+        Of the shock [y_c], [t_c].
     depth : float
-        How far below the size the next step looks; 0 where nothing is left to look through.
+        How far below the size the next step looks [y_c]; 0 where nothing is left to look through.
     wander : float
-        Time to either side of the delay at which it looks.
+        How far to either side of the delay the next step looks [t_c].
     """
 
     size: float
@@ -324,7 +324,7 @@ LeadOut = Callable[[int, Floats, Floats], NDArray[np.bool_]]
 
 
 def descended(leads_out: LeadOut, shock: Shock, spacing: float, duration: float, effort: Effort) -> Shock:
-    """The least shock near one that leads out, of its sign and after its impact.
+    """The least shock near one that leads out, of the same sign and after the same impact.
 
     Parameters
     ----------
@@ -332,7 +332,7 @@ def descended(leads_out: LeadOut, shock: Shock, spacing: float, duration: float,
     shock : Shock
         One that leads out.
     spacing : float
-        How far below it others were tried [y_c].
+        Distance to the next smaller size that was tried [y_c].
     duration : float
         Flight time after the impact [t_c].
     effort : Effort
@@ -345,7 +345,7 @@ def descended(leads_out: LeadOut, shock: Shock, spacing: float, duration: float,
 
 
 def _lower(leads_out: LeadOut, shock: Shock, at: Descent, duration: float, count: int) -> Descent:
-    """One step of the descent: `count` sizes below, the largest of which is that of the shock itself."""
+    """One step of the descent, by `count` sizes, the largest of which is that of the shock itself."""
     bottom = max(at.size - at.depth, 0.0)
     sizes = bottom + (at.size - bottom) * np.arange(1, count + 1) / count
     # Just after an impact the edge is lowest unless it is folded; from a later moment it is sought both ways.
@@ -355,16 +355,16 @@ def _lower(leads_out: LeadOut, shock: Shock, at: Descent, duration: float, count
     out = np.flatnonzero(leads_out(shock.impact, moments, float(np.sign(shock.jump)) * tried))
     size, delay, at_bottom = at.size, at.delay, False
     if len(out):
-        # Sizes ascend along the rows of the grid: the first that leads out is of the smallest.
+        # Sizes ascend along the rows of the grid: the first shock that leads out has the smallest size.
         least = int(out[0]) // len(delays)
         rows = out[out // len(delays) == least]
         delay = float(moments[rows[np.argmin(np.abs(moments[rows] - delay))]])
         size, at_bottom = float(sizes[least]), least < count // 8
-    # Below the least there may be narrow bands between the samples: room for some is kept. Where all lead out, the edge
-    # is farther down than was thought: steps as small as these would take for ever.
+    # Below the least there may be narrow bands between the samples: the next step looks there too. Where all lead out,
+    # the edge is farther down than expected: steps as small as these would take for ever.
     depth = WIDER * at.depth if at_bottom else at.depth / 8 + (size - bottom) / count
     ended = not at_bottom and depth <= (size - bottom) / count * 2
-    # At a least one within a flight the size grows with the square of the distance in time: half as far away in time is
+    # At a minimum within a flight the size grows with the square of the distance in time: half as far away in time is
     # as good as a fourth in size.
     return Descent(size, delay, 0.0 if ended else depth, at.wander / 2)
 
@@ -380,7 +380,7 @@ class _Search:
     def leads_out(self, impact: int, delay: Floats, jump: Floats) -> NDArray[np.bool_]:
         """Which shocks to the motion lead out of its basin.
 
-        Of a horizontal device one jump leaves the ball without drift, floating for ever; all beside it return.
+        In a horizontal device one jump leaves the ball without drift, floating for ever; its neighbours return.
         """
         self.tried += len(delay)
         starts = shocked(self.groups, self.motion, impact, delay, jump)
@@ -388,7 +388,7 @@ class _Search:
         return np.asarray((ends != 0) & (ends != Elsewhere.DRIFTS))
 
     def coarse(self, farthest: float) -> tuple[Shock | None, float]:
-        """The smallest of spread shocks that leads out, and how far apart they were."""
+        """The smallest shock of a coarse grid that leads out, and the spacing of the grid [y_c]."""
         effort, edges = self.effort, [0.0, *(farthest / 2**k for k in range(self.effort.octaves - 1, -1, -1))]
         # A range is looked through after every impact before the next one: shocks of larger ranges cannot be the least.
         for low, high in pairwise(edges):
@@ -410,8 +410,8 @@ class _Search:
     def on_manifold(self, near: Shock, companions: Sequence[Motion]) -> tuple[Shock, Shock | None, Motion | None]:
         """A shock at the edge by the stable manifold of a companion, if that is where the edge is.
 
-        Before it the least that leads out by the search, which is a smaller one where there are such nearer to the
-        manifold: at all scales some do just beyond it, where it is the edge.
+        Returns the least shock that leads out by the search, which may be nearer to the manifold than `near`, as where
+        this is the edge, shocks lead out just beyond it at all scales; the shock on the manifold; and the companion.
         """
         for companion in companions:
             jump = self._secant(near, companion)
@@ -432,7 +432,7 @@ class _Search:
 
     def _secant(self, near: Shock, companion: Motion) -> float | None:
         """Signed size of the shock that leads to a companion, by its left eigenvector; None if it passes none."""
-        # Of complex multipliers, or with none outside the unit circle, the stable manifold is no line, and bounds
+        # With complex multipliers, or with none outside the unit circle, the stable manifold is no line, and bounds
         # nothing.
         growth, vectors = np.linalg.eig(lap_matrix(self.groups, companion).T)
         outside = int(np.argmax(np.abs(growth)))
@@ -445,7 +445,7 @@ class _Search:
             rows, _ = follow_impacts(model, start, impacts)
             off = np.stack([wrapped(rows[0, :, PHASE] - companion.phase[0]) / pi, rows[0, :, VELOCITY]], axis=1)
             off[:, 1] -= companion.velocity[0]
-            # The first row is the start, which is no impact, and on the other membrane there is no passage.
+            # The first row is the start, which is no impact; an impact on the other membrane is no passage.
             off[(rows[0, :, WALL] != companion.word.walls[0]) | (np.arange(len(off)) == 0)] = inf
             return off
 
@@ -459,7 +459,7 @@ class _Search:
             passage = int(np.nanargmin(distance))
             if distance[passage] > NEAR:
                 return None
-            # So near, as up to the passage a deviation grows by the multipliers of all periods until then.
+            # The two sizes are so close as deviations grow by the multipliers of all periods up to the passage.
             first, second = jump, jump * (1 + 1e-10)
             before_value, value = deviation(first, passage), deviation(second, passage)
             for _ in range(SECANTS):
@@ -478,8 +478,8 @@ class _Search:
         return jump
 
     def below(self, least: Shock) -> tuple[Shock | None, float]:
-        """A smaller shock that leads out, and the spacing of those tried: half as this one, half at any moment."""
-        # Not the least one itself again, nor what rounding makes of it.
+        """A smaller shock that leads out, and the spacing of the tries: half at the same moment, half at any moment."""
+        # Excludes the least shock itself and what rounding makes of it.
         count, size = self.effort.below, abs(least.jump) * (1 - 1e-12)
         random, leading_out = np.random.default_rng(SEED), []
         sizes = size * (np.arange(count // 2) + random.random(count // 2)) / (count // 2)
@@ -489,7 +489,7 @@ class _Search:
         share = count // 2 // len(self.durations)
         for impact, duration in enumerate(self.durations.tolist()):
             delays = np.where(random.random(share) < 0.5, 0.0, duration * random.random(share))
-            # By the root most are just below the least one, where bands accumulate.
+            # By the root most sizes are just below the least one, where bands accumulate.
             jumps = size * np.sqrt(random.random(share)) * random.choice([-1.0, 1.0], share)
             out = self.leads_out(impact, delays, jumps)
             leading_out += [
@@ -503,7 +503,7 @@ class _Search:
         return find_attractor(self.groups, start_of(row), BUDGET, compiled=True)
 
     def returns(self, attractor: Attractor) -> bool:
-        """Whether what a shock leads to is the motion itself."""
+        """Whether an attractor is the motion that was knocked."""
         cycle = attractor.cycle
         if cycle is None or cycle.sticks:
             return False

@@ -57,7 +57,7 @@ WANTED = Precondition(
 
 
 def _judged(key: str) -> Precondition:
-    """That an output or a requirement needs a step; a verdict alone rests on neither shocks nor kicks."""
+    """The precondition that an output or a requirement needs a step; a verdict alone needs neither shocks nor kicks."""
     return Precondition(
         lambda scenario, formats: formats or value_at(scenario, f"requirements.{key}") is not None,
         OUTPUT.otherwise,
@@ -66,7 +66,7 @@ def _judged(key: str) -> Precondition:
 
 SHOCK_JUDGED, JITTER_JUDGED = _judged("survives_shock_m_s"), _judged("phase_jitter_at_most_deg")
 RAMPED = Precondition(
-    # At once, what the first moment leads to is what the core finds of a ball from rest.
+    # Without a ramp, the first moment has the outcome that the study finds for a ball from rest anyway.
     lambda scenario, formats: formats or value_at(scenario, "disturbances.ramp_periods"),
     OUTPUT.otherwise,
 )
@@ -74,8 +74,8 @@ RAMPED = Precondition(
 
 def steps() -> Iterator[DeclaredStep]:
     """The six steps in their order, and the two figures."""
-    # In this order, as each takes what those before it have found: the shock of the 1:1 motion is not looked for again
-    # among all that coexist, and basins are those of the motions that were recognised there.
+    # In this order, as each uses what those before it have found: the shock of the 1:1 motion is not looked for again
+    # among coexisting motions, and basins are those of the motions that were recognised there.
     has_disturbances, basin = "the scenario has a disturbances block", "disturbances.basin is true"
     yield DeclaredStep(MOMENTS, (HAS_BLOCK, DESIGN, RAMPED), has_disturbances)
     yield DeclaredStep(WINDOWS, (HAS_BLOCK, AT_ONCE, NUMBA, OUTPUT), has_disturbances)

@@ -1,6 +1,6 @@
-"""Where along an input the outcome of switching on stays what it is: around the design point, and along the sweep.
+"""Where along an input the outcome of switching on stays the same: around the design point, and along the sweep.
 
-Edges are sharp, and at many of them infinitely many others accumulate: what is told of an edge says so.
+Edges are sharp, and at many of them infinitely many others accumulate: the record of an edge says so.
 """
 
 from __future__ import annotations
@@ -60,11 +60,11 @@ class Edge(Struct, frozen=True):
     Attributes
     ----------
     value : float
-        Of the input; the last one found with the outcome of the design point.
+        Last value of the input that was found with the outcome of the design point.
     beyond : FromRest or None
-        The outcome just beyond; None where it does not change as far as was looked.
+        The outcome just beyond; None where it does not change in the range searched.
     accumulates : bool
-        Whether there are edges without end beside it.
+        Whether infinitely many edges accumulate there.
     """
 
     value: float
@@ -92,17 +92,17 @@ class Window(Struct, frozen=True):
 
     @property
     def nearest(self) -> Edge | None:
-        """The nearer of the edges that were found; None where none was."""
+        """The edge nearer to the design point, of those that were found; None where none was."""
         edges = [edge for edge in (self.low, self.high) if edge.beyond is not None]
         return min(edges, key=self.distance, default=None)
 
     def distance(self, edge: Edge) -> float:
-        """How far an edge is from the design point."""
+        """Distance of an edge from the design point, in the unit of the input."""
         return abs(edge.value - self.value)
 
 
 def window(parameter: ScalarInput, value: float, low: float, high: float, outcomes: OutcomesAt) -> Window:
-    """The interval around a design point in which the outcome stays.
+    """Find the interval of an input around a design point in which the outcome of switching on stays the same.
 
     Parameters
     ----------
@@ -110,9 +110,9 @@ def window(parameter: ScalarInput, value: float, low: float, high: float, outcom
     value : float
         At the design point.
     low, high : float
-        How far to look.
+        Ends of the range that is searched.
     outcomes : callable
-        The outcomes at some values.
+        From values of the input to the outcomes there.
     """
     (outcome,) = outcomes(np.array([value]))
     centre = _Centre(value, outcome, outcomes)
@@ -120,7 +120,7 @@ def window(parameter: ScalarInput, value: float, low: float, high: float, outcom
 
 
 class _Centre(NamedTuple):
-    """The design point that a window is around, with its outcome, and how those of other values are found."""
+    """The design point within a window, with its outcome, and the function that finds outcomes at other values."""
 
     value: float
     outcome: FromRest
@@ -131,13 +131,13 @@ def _edge(centre: _Centre, end: float) -> Edge:
     """The edge nearest to a design point on the way to an end, as far as samples tell."""
     value, around, outcomes = centre
     edge, clean = _first_edge(centre, value, end, COARSE), 0
-    limit = edge.value  # the narrower edges are, the nearer they are to it
+    limit = edge.value  # where edges accumulate: the nearer to it, the closer together they are
     for turn in range(ROUNDS):
         if edge.value == value:
             break  # none is nearer
         shares = (np.arange(INSIDE) + (turn / GOLDEN) % 1) / INSIDE
         values = edge.value + (value - edge.value) * np.append(shares, NEAREST**shares)
-        if clean:  # as many, too, in every decade of the distance to where edges accumulate
+        if clean:  # as many again in every decade of the distance to the limit
             nearest = max((edge.value - limit) / (value - limit), NEAREST)
             shares = np.append(shares, (shares + 0.5 / INSIDE) % 1)
             values = np.append(values, limit + (value - limit) * nearest**shares)
@@ -167,8 +167,8 @@ def _first_edge(centre: _Centre, near: float, end: float, parts: int) -> Edge:
         if changed is None:
             if beyond is None:
                 return Edge(end, None, False)
-            break  # of an interval with an edge the far end has changed; rounding alone tells them apart
-        # Coming back to the outcome beyond the first edge, within so little, there are further edges nearer still.
+            break  # the far end had another outcome before: the ends are equal to rounding
+        # Where the outcome returns within so short an interval beyond an edge, there are further edges nearer still.
         narrow = abs(far - near) < DEEP * abs(value)
         accumulates = accumulates or (narrow and any(outcome.kind == around.kind for _, outcome in ahead))
         near, far, beyond = float(values[first - 1]) if first else near, float(values[first]), changed
@@ -179,15 +179,15 @@ def _first_edge(centre: _Centre, near: float, end: float, parts: int) -> Edge:
 
 
 def over_sweep(start: float, end: float, outcomes: OutcomesAt) -> tuple[OutcomeRange, ...]:
-    """The stretches of a sweep with one outcome each, by 201 values and bisection between those that differ."""
-    # Evenly: where outcomes change is not known before. A range narrower than the spacing may be passed over.
+    """The ranges of a sweep with one outcome each, by 201 values and bisection between those that differ."""
+    # Evenly, as it is not known where outcomes change. A range narrower than the spacing may be passed over.
     values = np.linspace(min(start, end), max(start, end), SWEEP_VALUES)
     sampled = tuple(outcomes(values))
     pairs = zip(pairwise(values.tolist()), pairwise(sampled), strict=True)
     brackets = [(*ends, before) for ends, (before, after) in pairs if before.kind != after.kind]
     edges = np.array([bracket[:2] for bracket in brackets], dtype=float).reshape(-1, 2)
     kinds = [before.kind for *_, before in brackets]
-    # All edges at once: of many values an outcome takes 0.6 ms, alone 3, as their 1:1 motions are found together.
+    # All edges at once: one outcome of many takes 0.6 ms, a single one 3 ms, as their 1:1 motions are found together.
     while len(edges) and (edges[:, 1] - edges[:, 0]).max() > STRIP_EDGE * (values[-1] - values[0]):
         middle = edges.mean(axis=1)
         same = np.array([outcome.kind == kind for outcome, kind in zip(outcomes(middle), kinds, strict=True)])
@@ -206,7 +206,7 @@ def window_of(solution: Solution, compiled: bool) -> Window | None:
     varied = sweep.parameter if sweep is not None else ends[0].parameter
     value = float(solution.device.value_of(varied))
     low, high = sorted((sweep.start, sweep.end)) if sweep is not None else (value, value)
-    # Also without a sweep: of one that does not hold the design point both ends are on one side.
+    # A sweep that does not contain the design point gives no range around it: as without a sweep, one is chosen.
     if not low < value < high:
         low, high = max(value * (1 - WIDEST), varied.limits[0]), min(value * (1 + WIDEST), varied.limits[1])
     window_around = window(varied, value, low, high, partial(outcomes_at, solution.device, varied, compiled=compiled))
@@ -217,7 +217,7 @@ def window_of(solution: Solution, compiled: bool) -> Window | None:
 
 
 def _at_end(edge: Edge, ends: list[float]) -> Edge:
-    """An edge beyond which simulation does not tell, moved to the end of the stable motion that makes it so."""
+    """An edge beyond which the simulation gives no outcome, moved to the end of stable motion that causes this."""
     if edge.beyond is None or edge.beyond.decided:
         return edge
     return next((replace(edge, value=end) for end in ends if abs(end - edge.value) <= UNTOLD * abs(end)), edge)
