@@ -1,4 +1,4 @@
-"""What a slow sweep and the families of motions say together: which motions coexist, and why one of them ends."""
+"""Which motions coexist along a sweep, and why one of them ends, from the slow sweep and the families of motions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Coexisting(Struct, frozen=True):
     ----------
     outcome : Outcome
     word : str
-        "" where it is not periodic; of a horizontal capsule's mirror images the alphabetically first one.
+        "" where it is not periodic; of mirror images in a horizontal capsule the alphabetically first word.
     period : int
         In forcing periods; 0 where it is not periodic.
     ranges : dict of FoundBy to list of (float, float)
@@ -88,7 +88,7 @@ def coexisting(check: CrossCheck, atlas: Atlas | None) -> tuple[Coexisting, ...]
 
 
 def ends_at(jump: Jump, atlas: Atlas, within: float) -> Point | None:
-    """The nearest point, within a distance, where a family of the motion before a jump ceases to be stable."""
+    """The nearest point to a jump, within a distance, where a family of the motion before it ceases to be stable."""
     attractor = jump.before.attractor
     if attractor.cycle is None or attractor.cycle.sticks:
         return None
@@ -114,7 +114,7 @@ def _kind(attractor: Attractor, mirror: bool) -> tuple[Outcome, str, int]:
 
 
 def _runs(values: list[float], is_present: list[bool]) -> Iterator[ValueRange]:
-    """First and last of successive values at which something is there."""
+    """The first and last value of each run of successive values at which a motion is present."""
     for present, run in groupby(zip(values, is_present, strict=True), key=lambda pair: pair[1]):
         if present:
             run_values = [value for value, _ in run]

@@ -30,13 +30,13 @@ class AddedQuantity(NamedTuple):
     Attributes
     ----------
     name : str
-        Macro of its words, in the file that is named as the addition.
+        Macro of its words, in the file that has the name of the addition.
     value : float or None
     unit : str
     bound : float
-        Of its error.
+        Bound of the error of the value.
     note : str
-        Why there is none.
+        Why there is no value.
     """
 
     name: str
@@ -49,21 +49,21 @@ class AddedQuantity(NamedTuple):
 class AddedFinding(Generic[Result]):
     """What an addition finds out about the device of a scenario, and what follows from it.
 
-    Its one object, `FINDING`, stands in the module `finding` of the addition's package, which every plan of a run
-    reads: methods import what they need. What an addition does not bring, it leaves as it is here.
+    Its one object, `FINDING`, is in the module `finding` of the addition's package. Every plan of a run imports that
+    module, so that its methods import what they need. Methods that an addition does not need keep their defaults.
 
     Attributes
     ----------
     name : str
-        Of its row in `base.additions`: also its key in results.json and in `Study.findings`.
+        Name of its row in `base.additions`, also its key in results.json and in `Study.findings`.
     section : str
         The template of its section in a report, "" where it has none.
     within : str
-        The section of the core, or of another addition, that this one belongs to; "" where it is one of its own.
+        The section of the core, or of another addition, that its section belongs to; "" for a separate section.
     extends : str
-        The block of results.json that the core has and that gets keys of its own; "" where none does.
+        The block of the core in results.json to which it adds keys; "" for none.
     files : tuple of str
-        The files that it may write with results.json.
+        The files that it may write beside results.json.
     """
 
     name: ClassVar[str]
@@ -73,11 +73,11 @@ class AddedFinding(Generic[Result]):
     files: ClassVar[tuple[str, ...]] = ()
 
     def steps(self) -> Iterable[DeclaredStep]:
-        """Rows of the plan; where any of them runs, the addition is looked for."""
+        """The steps of a plan that it declares; `find` is called where any of them runs."""
         raise NotImplementedError
 
     def refuse_undecidable(self, scenario: Scenario) -> None:
-        """Refuse what a scenario requires of it and a run cannot judge, before anything is computed.
+        """Refuse a requirement of a scenario that a run cannot judge, before anything is computed.
 
         Raises
         ------
@@ -85,21 +85,21 @@ class AddedFinding(Generic[Result]):
         """
 
     def switched_on(self, study: Study, say: Progress) -> tuple[SwitchedOn, Result] | None:
-        """What the device does when it is switched on as its keys say, and what it finds out by that.
+        """What the device does when it is switched on as the keys of the addition say, and the findings from that.
 
-        It takes the place of what a device does to which the whole force sets in at once. None where no key says how.
+        It replaces the behaviour under a force that sets in at once. None where no key says how to switch on.
         """
         return None
 
     def find(self, study: Study, say: Progress) -> Result | None:
-        """What it finds out about a study that has all of the core but what the model leaves out; None for nothing.
+        """The findings about a study, whose core is complete but for the neglected effects; None for no finding.
 
-        What it found by switching the device on is among what the study has found.
+        What `switched_on` found is among the findings of the study already.
         """
         raise NotImplementedError
 
     def contradicts_rigid_impacts(self, result: Result) -> bool:
-        """Whether the motion is to be solved with the membranes' own stiffness, short as its contacts may be."""
+        """Whether the motion must be solved with the real stiffness of the membranes, however short its contacts."""
         return False
 
     def results(self, result: Result | None, study: Study) -> AddedBlocks:
@@ -107,45 +107,45 @@ class AddedFinding(Generic[Result]):
         return {}
 
     def results_within(self, block: DisturbancesData, result: Result | None) -> DisturbancesData:
-        """The block of results.json that it extends, with its keys in their places there."""
+        """The block of results.json that the addition extends, with its keys put in."""
         return block
 
     def compared(self, blocks: Mapping[str, Any]) -> Iterable[AddedQuantity]:
-        """What comparisons know of the plain data that results have of additions, by their keys."""
+        """Quantities that comparisons use, from the plain data of results.json by the keys of additions."""
         return ()
 
     def requirements(self) -> Iterable[Requirement]:
-        """What can be required of it: a row for each of its keys in the block `requirements`."""
+        """The requirements that it brings: a row for each of its keys in the block `requirements`."""
         return ()
 
     def share_of_starts(self, result: Result, evidence: Evidence) -> Phrase | None:
-        """How many starts come to a motion of a word that is required, in words; None where it does not know."""
+        """A phrase on the share of starts that come to a motion of a required word; None where it is unknown."""
         return None
 
     def answers(self, result: Result, evidence: Evidence) -> Iterable[AddedAnswer[object]]:
-        """The answers of the verdict to its questions, as far as they arise."""
+        """Its answers to questions of the verdict, as far as these arise."""
         return ()
 
     def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
-        """What a report opens with of its answers, or of their lack, by the place among the facts of the core."""
+        """Statements for the opening of a report on its answers, or on their lack, by their place among the facts."""
         return {}
 
     def causes(self, result: Result, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
-        """What raises alerts, by their codes."""
+        """Sentences on causes of alerts, by the codes of the alerts."""
         return {}
 
     def pictures(self, result: Result, study: Study, templates: Path | None) -> Iterable[Any]:
-        """The figures among its steps, each a `figures.style.Picture`."""
+        """The figures of its steps that run, each a `figures.style.Picture`."""
         return ()
 
     def parts(self, result: Result, templates: Path | None) -> Mapping[str, object]:
-        """Sentences and tables of its section, by the names that its template knows."""
+        """Sentences and tables of its section, by their names in the template."""
         return {}
 
     def printed(self, result: Result, study: Study) -> str:
-        """What a run prints of it on standard output."""
+        """The text that a run prints about it on standard output."""
         return ""
 
     def written(self, result: Result, study: Study) -> Mapping[str, bytes]:
-        """The content of its files, as far as there is any."""
+        """The contents of files that it writes, by their names."""
         return {}

@@ -1,6 +1,6 @@
-"""What the accuracy study measures on: a motion and a critical point of the scenario, their 40 digits, and the guess.
+"""The problems of the accuracy study: a motion and a critical point of the scenario, their 40 digits, and the guess.
 
-Turns a solution into the targets that every method is given, and what a method finds into its errors.
+Turns a solution into the targets that every method is given, and the answers of methods into errors.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class MethodTask(StrEnum):
 class Guess(Struct, frozen=True):
     """Where every method begins: phase [rad] and velocity [y_c] at the bottom impact, q, and the swept value.
 
-    The value is given of a motion, and a guess of a critical point.
+    The swept value is exact for a motion, and a guess for a critical point.
     """
 
     phase: float
@@ -101,7 +101,7 @@ class BenchmarkProblem(Struct, frozen=True):
 
     @property
     def trace(self) -> float:
-        """Trace of DP at the critical point. Raises ValueError of a motion, which has no event."""
+        """Trace of DP at the critical point. Raises ValueError where the problem is a motion."""
         if self.kind is None:
             raise ValueError("a motion that is no critical point has no trace that is known beforehand")
         return float(TRACE_LEVELS[self.kind](lap_decay(self.r)))
@@ -116,7 +116,7 @@ class BenchmarkProblem(Struct, frozen=True):
 
 
 class SolvedMotion(Struct, frozen=True):
-    """A motion as a method found it: phase and velocity at the bottom impact, velocity at the top, share q."""
+    """A motion that a method found: phase [rad] and velocity [y_c] at the bottom, velocity at the top, share q."""
 
     phase: float
     velocity: float
@@ -151,11 +151,11 @@ class Benchmark(Struct, frozen=True, eq=False):
     Attributes
     ----------
     motion, critical : BenchmarkProblem
-        The latter None where there is no critical `point`.
+        `critical` is None where there is no critical point.
     exact : dict
         40-digit numbers by the key of the quantity.
     offset : float
-        Share of `PHASE_OFF` and the others by which the guess is off.
+        Offset of the guess, as a share of `PHASE_OFF` and the like.
     """
 
     motion: BenchmarkProblem
@@ -260,7 +260,7 @@ def _distance_to_next(motions: Motions, row: int) -> float:
 
 
 def _aside(orbit: ReferenceOrbit, symmetric: bool, offset: float) -> Guess:
-    """The reference, wrong in its second or third digit where `offset` is 1."""
+    """A guess from the reference motion, wrong in its second or third digit where `offset` is 1."""
     return Guess(
         phase=float(orbit.phase) + offset * PHASE_OFF,
         velocity=float(orbit.velocity) * (1 + offset * VELOCITY_OFF),

@@ -1,4 +1,4 @@
-"""The work-precision diagram and its words: error against run time, a panel for each quantity, a line a method."""
+"""The work-precision diagram with caption: error against run time, a panel for each quantity, a line per method."""
 
 from __future__ import annotations
 
@@ -106,12 +106,12 @@ def figure_accuracy(work: WorkPrecision) -> Figure:
 
 
 def picture(work: WorkPrecision, name: AnyTask, templates: Path | None = None) -> Picture:
-    """The work-precision diagram with its words."""
+    """The work-precision diagram with its caption."""
     return pictured(name, error_facts(work, templates), figure_accuracy(work), templates)
 
 
 def error_facts(work: WorkPrecision, templates: Path | None = None) -> dict[str, object]:
-    """What the diagram shows, for its words: its panels, and the time to an accuracy and the least error of methods."""
+    """Numbers for the caption: the panels, and the time to an accuracy and the least error of each method."""
     methods = []
     for name in METHOD_NAMES:
         best_runs = []
@@ -164,7 +164,7 @@ def _method(axes: Axes, runs: list[MethodRun], key: str, look: Look) -> None:
 
 
 def _error_of(work: WorkPrecision, key: str) -> str:
-    """What the vertical axis of a panel is."""
+    """Label of the vertical axis of a panel."""
     if key == "phase":
         return "error of the phase φ [rad]"
     if key == "critical" and work.benchmark is not None and work.benchmark.point is not None:

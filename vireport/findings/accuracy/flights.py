@@ -1,7 +1,7 @@
-"""A flight from one membrane to the other, by each of the ways that the accuracy study compares.
+"""A flight from one membrane to the other, by each of the methods that the accuracy study compares.
 
-Every one of them takes a state just before an impact and gives the time to the impact on the other membrane and the
-velocity there. They share the impact law and the force; none knows anything of periodic motions.
+Each takes a state just before an impact and gives the time to the impact on the other membrane and the velocity just
+before it. They share the impact law and the force; none uses that a motion is periodic.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class FlightMethod(Struct, frozen=True):
     ----------
     fly : Fly
     noise : float
-        Error of a flight, about.
+        Approximate error of a flight.
     stop : float
         Newton correction after which a motion is taken as found.
     """
@@ -133,7 +133,7 @@ def explicit(stop: float) -> FlightMethod:
 
 
 def runge_kutta(steps: float) -> FlightMethod:
-    """The classical method of order four with so many equal steps a forcing period.
+    """The flight by the classical Runge-Kutta method of order four with some equal steps in a forcing period.
 
     The last step is shortened until it ends at the impact; one that passes through a membrane and back again is not
     noticed.
@@ -169,7 +169,7 @@ def runge_kutta(steps: float) -> FlightMethod:
 
 
 def _impact(state: Callable[[float], tuple[float, float]], low: float, high: float, d: float) -> tuple[float, int]:
-    """When the distance reaches d, by Newton's method within a bracket, and how often the state was evaluated."""
+    """Time [t_c] at which the distance reaches d, by Newton's method in a bracket, and the number of evaluations."""
     t, count = high, 0
     while True:
         (distance, rate), count = state(t), count + 1
@@ -226,7 +226,7 @@ def integrated(name: str, tolerance: float) -> FlightMethod:
 
 
 def _lost(model: FlightModel, wall: int, velocity: float, phase: float) -> NumericalError:
-    """Whether the next impact, which a method did not see at the other membrane, is there nevertheless."""
+    """The error of a method that saw no impact on the other membrane, which tells whether there is one nevertheless."""
     d, gbar, *_ = model.groups
     after, s, c, t = model.groups.after(wall, velocity), sin(phase), cos(phase), 0.0
     left, other = ("bottom", "top") if wall == BOTTOM else ("top", "bottom")

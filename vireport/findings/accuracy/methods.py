@@ -1,8 +1,8 @@
 """The methods that the accuracy study compares: how each finds a motion and a critical point from a guess.
 
 Two work by formula: the closed form of the package, and the paper's own iteration. The others follow the ball: a motion
-is a fixed point of the return map, a critical point one where the trace of the linearised map has a given value, and
-only the flight differs from one to another. Their Jacobians are the exact ones of the flights, (A.1) and (A.2).
+is a fixed point of the return map, a critical point one at which the trace of the linearised map has a given value, and
+these methods differ in the flight only. Their Jacobians are the exact ones of the flights, (A.1) and (A.2).
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ BLOCK, MOST_IMPACTS = 64, 20_000
 
 
 class Knob(StrEnum):
-    """What the settings of a method are."""
+    """What is set in the settings of a method."""
 
     NONE = ""
     STOP = "stop"
@@ -91,7 +91,7 @@ class Knob(StrEnum):
 
     @property
     def limits_accuracy(self) -> bool:
-        """Whether the method has an error of its own, beside that of the last Newton correction."""
+        """Whether the setting causes an error besides that of the last Newton correction."""
         return self not in (Knob.NONE, Knob.STOP)
 
 
@@ -130,7 +130,7 @@ class Method(Struct, frozen=True):
 
 
 def closed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> SolvedMotion:
-    """The motion where the surface over (u, phase) has the d and gbar asked for.
+    """The motion by the closed form: where the surface over (u, phase) has the d and gbar of the target.
 
     A symmetric motion is explicit: u = 0, and d alone is left to give the phase.
     """
@@ -148,7 +148,7 @@ def closed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> Solv
 
 
 def closed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> float:
-    """Value at the critical point: the surface on the sweep's level, and the trace, together.
+    """Swept value at the critical point by the closed form: the sweep's level and the trace, solved together.
 
     On the symmetric motions u = 0 takes the place of the level, and the phase is the one unknown.
     """
@@ -172,7 +172,7 @@ def _surface(target: BenchmarkProblem, x: Floats | list[float], budget: Budget) 
 
 
 def _angle(a: float, b: float, c: float, near: float) -> float:
-    """The angle with a sin + b cos = c that is nearer to a given one."""
+    """The solution x of a sin x + b cos x = c that is nearer to an angle [rad]."""
     size = sqrt(a * a + b * b)
     if not size > 0:
         raise NumericalError("the closed form is degenerate: its level does not depend on the phase")
@@ -198,7 +198,7 @@ def printed_motion(target: BenchmarkProblem, stop: float, budget: Budget) -> Sol
 
 
 def printed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> float:
-    """Value at the critical point by Newton's method on (3.15)-(3.17) and the trace (4.2), with that value unknown.
+    """Swept value at the critical point, by Newton's method on (3.15)-(3.17) and the trace (4.2) together.
 
     On the symmetric motions, where (3.15) and (3.16) coincide, q = 1/2 takes the place of (3.16).
     """
@@ -224,7 +224,7 @@ def printed_critical(target: BenchmarkProblem, stop: float, budget: Budget) -> f
 
 
 def _velocity_top(v: float, gbar: float, r: Any, n: int) -> float:
-    """Velocity at the top by that at the bottom, (3.8): by the momentum over a period."""
+    """Velocity at the top from that at the bottom [y_c], (3.8): by the momentum over a period."""
     bottom, top = by_wall(r)
     return float(2 * n * gbar / (1 + top) - (1 + bottom) / (1 + top) * v)
 
@@ -311,17 +311,17 @@ Complexes = NDArray[np.complex128]
 
 
 def _lap(method: FlightMethod, target: BenchmarkProblem, state: Complexes, budget: Budget) -> Complexes:
-    """How far a lap is from closing, in phase [rad] and velocity [y_c], and its trace from that asked for."""
+    """By how much a period fails to close, in phase [rad] and velocity [y_c], and its trace misses the target's."""
     up, top, first = _carried(method, target, BOTTOM, state, budget)
     down, end, second = _carried(method, target, TOP, top, budget)
     return np.array([pi * (up + down - 2 * target.n), end[1] - state[1], product_trace([first, second]) - target.trace])
 
 
 def _half_lap(method: FlightMethod, target: BenchmarkProblem, state: Complexes, budget: Budget) -> Complexes:
-    """How far the flight to the top is from the mirror image of the start, and its trace from the one asked for.
+    """By how much the flight to the top misses the mirror image of the start, and its trace that of the target.
 
-    With the mirror it is a map H whose square is that of the lap, with the determinant r^2: at a pitchfork the mirror
-    images part, and H has the multiplier -1, elsewhere 1.
+    Followed by the mirror it is a map H with the determinant r^2, whose square is the return map: at a pitchfork, where
+    mirror images part, H has the multiplier -1, at a fold 1.
     """
     up, top, (a11, _, _, a22) = _carried(method, target, BOTTOM, state, budget)
     trace = TRACE_LEVELS[Event.PERIOD_DOUBLING if target.kind is Event.PITCHFORK else Event.FOLD](target.r)
@@ -333,8 +333,8 @@ def _carried(
 ) -> tuple[Complexes, Complexes, Jacobian]:
     """A flight that carries derivatives along: its duration, the state before the next impact, and its Jacobian.
 
-    The state is phase, velocity, d and gbar. That Z has moved by -wall d after the flight gives, by (2.12), what d and
-    gbar change; (A.1) and (A.2) give the rest.
+    The state is phase, velocity, d and gbar. Derivatives by d and gbar follow from (2.12), as Z moves by -wall d in the
+    flight; (A.1) and (A.2) give the others.
     """
     phase, velocity, d, gbar = state
     groups = Groups(float(d.real[0]), float(gbar.real[0]), target.r)
@@ -359,14 +359,14 @@ def _finite(values: list[float]) -> list[float]:
 
 
 def settle(target: BenchmarkProblem, tolerance: float, budget: Budget) -> SolvedMotion:
-    """The motion that the simulation settles on: followed until a lap changes it by less than the tolerance.
+    """The motion that the simulation settles on: followed until a period changes it by less than the tolerance.
 
-    Without Newton's method, by which attractors are made exact: it is the error of following alone that is measured.
+    Newton's method, which makes attractors exact elsewhere, is not used, so that only the error of following counts.
 
     Raises
     ------
     NumericalError
-        If it ends on something else, or not within `MOST_IMPACTS`.
+        If the simulation settles on something else, or not within `MOST_IMPACTS`.
     """
     model = target.model(target.guess.value)
     parameters = check_model(model.groups)[0]
@@ -407,7 +407,7 @@ def whole_critical(target: BenchmarkProblem, _: float, budget: Budget) -> float:
 def _shooting(
     name: str, knob: Knob, settings: tuple[float, ...], flight_with: FlightWith, budget: str, **more: Any
 ) -> Method:
-    """A method that differs from the others of its kind in the flight alone."""
+    """A shooting method; shooting methods differ in the flight alone."""
     motion, critical = partial(shoot, flight_with), partial(shoot_critical, flight_with)
     return Method(name, knob, settings, motion, critical, BUDGETS[budget], **more)
 
@@ -469,7 +469,7 @@ def find_root(
     stop : float
         Relative correction after which the next x is the solution.
     noise : float
-        Size of what is irregular in the residuals, where no correction gets smaller.
+        Irregular part of the residuals, below which no correction gets smaller.
     jacobian : bool
         Whether the equations give their Jacobian too.
 

@@ -25,7 +25,7 @@ class CertificatesFinding(AddedFinding["tuple[Certificate, ...]"]):
     within = "appendix"
 
     def steps(self) -> Iterator[DeclaredStep]:
-        """One step, listed where it is among the formats that are asked for."""
+        """The step that proves critical points, listed where `--certify` asks for it."""
         certify = Precondition(lambda _, formats: self.name in formats, "no proofs are asked for")
         task = AddedTask(self.name, "proofs of the critical points")
         yield DeclaredStep(task, (FLINT,), "asked for", (certify,), before=Task.REQUIREMENTS)
@@ -38,11 +38,11 @@ class CertificatesFinding(AddedFinding["tuple[Certificate, ...]"]):
         return certify(study.solution.diagram)
 
     def results(self, certificates: tuple[Certificate, ...] | None, study: Study) -> AddedBlocks:
-        """The block of the same name."""
+        """The block `certificates` of results.json."""
         return {self.name: certificates}
 
     def printed(self, certificates: tuple[Certificate, ...], study: Study) -> str:
-        """A line for each critical point."""
+        """A line on standard output for each critical point."""
         if study.solution.sweep is None:
             return "No critical point to prove: there is no sweep.\n"
         return certify_text(certificates, study.solution.sweep.parameter).rstrip() + "\n"

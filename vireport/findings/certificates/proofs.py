@@ -94,16 +94,16 @@ def certify_point(sweep: Sweep, critical: Point) -> Certificate:
 
 
 def _neglects_gravity(sweep: Sweep) -> bool:
-    """Whether a sweep's capsule is taken as horizontal though it is not quite."""
+    """Whether the capsule of a sweep counts as horizontal though it is slightly inclined."""
     ops = BallOps()
     return sweep.level_in(ops).horizontal and bool(ops.sin_degrees(ball(sweep.device.inclination_deg)) != 0)
 
 
 def _certificate(sweep: Sweep, critical: Point, point: Point) -> Certificate:
-    """Try the candidates with more and more bits; the first is the likely one, and its failure is reported."""
+    """Try all candidates with more and more bits; where all fail, the failure of the first, most likely one counts."""
     reason = "no turning point of the ball is near a membrane"
     candidates = list(_candidates(sweep, critical.event, point.closed))
-    # Boxes of more bits are slower, and needed only where conditions nearly coincide.
+    # More bits are slower, and needed only where conditions nearly coincide.
     for bits in PRECISIONS:
         reasons = []
         for candidate in candidates:
@@ -121,14 +121,14 @@ def _certificate(sweep: Sweep, critical: Point, point: Point) -> Certificate:
 
 
 class Candidate(Struct, frozen=True):
-    """What may be the condition of a critical point.
+    """A possible condition of a critical point.
 
     Attributes
     ----------
     condition : Condition
     touch : Touch or None
-        For a touch of a membrane, where it is thought to be; without a time, the moment in which the membrane left
-        begins to hold the ball.
+        For a touch of a membrane, a guess of where it is; without a time, the touch is at the moment at which the
+        membrane that was left begins to hold the ball.
     """
 
     condition: Condition
@@ -136,12 +136,12 @@ class Candidate(Struct, frozen=True):
 
     @property
     def rest(self) -> int | None:
-        """The impact that has no velocity: 0 for the bottom, 1 for the top."""
+        """The impact that has no velocity: 0 for the bottom, 1 for the top, None where both have one."""
         return self.condition.rests[0] if self.condition.rests else None
 
 
 class Touching(Struct, frozen=True):
-    """A touch of a membrane: in the flight upward or not, of the membrane left or not, and a guess of its time."""
+    """A touch of a membrane: whether in the upward flight, whether of the membrane left, a guess of its time [t_c]."""
 
     upward: bool
     at_start: bool
@@ -153,13 +153,13 @@ Equations = Callable[[list[Any]], list[Any]]
 
 
 def _orbit_at(sweep: Sweep, x: Sequence[Any], symmetric: bool, ops: ExactFunctions) -> Orbits:
-    """The motion of some unknowns: q - 1/2 and phase, or the phase alone of a symmetric motion; others may follow."""
+    """The motion from its first unknowns: q - 1/2 and phase [rad], or the phase alone of a symmetric motion."""
     r, n = map_restitution(sweep.device.restitution, ops.exact), sweep.device.period_ratio
     return orbits(0 * by_wall(r)[0], x[0], r, n, ops) if symmetric else orbits(x[0], x[1], r, n, ops)
 
 
 def _equations(sweep: Sweep, candidate: Candidate, symmetric: bool, ops: ExactFunctions) -> Equations:
-    """What the unknowns have to fulfil in the closed form: the level of the sweep, and the condition.
+    """The equations for the unknowns in the closed form: the level of the sweep, and the condition.
 
     Among the symmetric motions of a horizontal capsule, u = 0 takes the place of the level.
     """
@@ -202,7 +202,7 @@ def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candida
     elif event is not Event.GRAZING:
         yield Candidate(Condition(event))
     else:
-        # With hardly any gravity both velocities are small; the smaller one is that of the impact at rest.
+        # With hardly any gravity both velocities are small; the smaller one is that of the grazing impact.
         speeds = sorted([(abs(point.velocity_bottom), 0), (abs(point.velocity_top), 1)])
         resting = [rest for speed, rest in speeds if speed < AT_REST]
         for rest in resting:
@@ -212,7 +212,7 @@ def _candidates(sweep: Sweep, event: Event, point: OneToOne) -> Iterator[Candida
 
 
 def _touching(orbit: Orbits, r: Restitution) -> Iterator[Touching]:
-    """Turning points near a wall, the nearest first, then touches shortly after an impact."""
+    """Possible touches: turning points near a membrane, the nearest first, then touches shortly after an impact."""
     flights = orbit.flights(r)
     for _, time, upward, at_start in touches(orbit, flights)[:FIRST_TRIES]:
         yield Touching(upward, at_start, time)
@@ -226,7 +226,7 @@ def _touching(orbit: Orbits, r: Restitution) -> Iterator[Touching]:
 
 
 class ProvedPoint(Struct, frozen=True):
-    """A proved point, everything evaluated over its box.
+    """A proved critical point, with all numbers evaluated over its box.
 
     Attributes
     ----------
@@ -236,7 +236,7 @@ class ProvedPoint(Struct, frozen=True):
         The swept value.
     root : Root
     time : ball or None
-        Of the touch in its flight.
+        Time of the touch since its flight began [t_c].
     slope : int
         Sign of the trace's slope along the sweep, 0 where none is proved.
     negative : bool
@@ -257,8 +257,8 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
     ops, r, n = BallOps(), map_restitution(sweep.device.restitution, ball), sweep.device.period_ratio
     root = _root(sweep, point, symmetric, candidate)
     (time,) = root.box[1 if symmetric else 2 :] or [None]
-    # Where a condition fixes a number, its enclosure by the formulae still has a width about it: a velocity of zero
-    # would have no sign, and a level held would seem to vary.
+    # Where a condition fixes a number exactly, its enclosure by the formulae still has a width: a velocity of zero
+    # would have no sign, and a fixed level would seem to vary.
     orbit = _simplified(_orbit_at(sweep, root.box, symmetric, ops), sweep.level_in(ops), candidate.rest, r, n)
     _check_signs(orbit, candidate.rest)
     if time is not None and not 0 < time < (
@@ -286,7 +286,7 @@ def _prove(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate)
 
 def _root(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) -> Root:
     """The one solution near a point of the candidate's condition and the level; its unknowns are q, phase, and more."""
-    # Of a motion that is symmetric though its device is not, q - 1/2 is what the decimals leave of zero, and no scale.
+    # For a symmetric motion of a device that is not symmetric, q - 1/2 is rounding about zero, and no scale.
     unknowns = [
         ("q", point.u, abs(point.u) if abs(point.u) > NO_GRAVITY**2 else 1.0),
         ("phase", point.phi_bottom, 1.0),
@@ -303,7 +303,7 @@ def _root(sweep: Sweep, point: OneToOne, symmetric: bool, candidate: Candidate) 
 
 
 def _simplified(orbit: Orbits, level: Level, rest: int | None, r: Restitution, n: int) -> Orbits:
-    """Put in what the conditions say exactly; the velocity at the top then follows by (3.8)."""
+    """A motion with the numbers that its conditions fix put in exactly; the velocity at the top follows by (3.8)."""
     gbar = level.value if level.held is Held.GBAR else orbit.gbar
     d = level.value if level.held is Held.D else orbit.d
     at_bottom, at_top = by_wall(r)
@@ -319,7 +319,7 @@ def _simplified(orbit: Orbits, level: Level, rest: int | None, r: Restitution, n
 
 
 def _check_signs(orbit: Orbits, rest: int | None) -> None:
-    # An impact without velocity is what the condition asks for; at q = 1/2 it takes the other one with it.
+    # The condition may require an impact without velocity; at q = 1/2 the other one has none either.
     bottom, top = orbit.velocity_bottom, orbit.velocity_top
     moving = bottom > 0 and top < 0
     resting = rest is not None and (bottom > 0 or bottom == 0) and (top < 0 or top == 0)
@@ -332,7 +332,7 @@ def _check_signs(orbit: Orbits, rest: int | None) -> None:
 def _admissible(
     orbit: Orbits, r: Restitution, touch: Touching | None, time: Ball | None, symmetric: bool
 ) -> bool | None:
-    """Whether the ball is proved to stay between the membranes, but for a touch; None where it is undecided."""
+    """Whether the ball is proved to stay between the membranes, but for a touch; None where that is undecided."""
     inside = []
     for upward, way in zip((True, False), orbit.flights(r), strict=True):
         touching = touch is not None and (symmetric or upward == touch.upward)
@@ -359,7 +359,7 @@ def _slope(sweep: Sweep, box: list[Ball], symmetric: bool) -> int:
         # Along the curve (dq, dphase) is normal to the gradient of the level. Both derivatives are taken along the
         # same tangent, whose length and direction drop out of the sign of their product.
         product = _cross(along_family, trace) * _cross(along_family, coordinate)
-    # The swept value grows with d (with gbar where the inclination is swept), but a force falls.
+    # The swept value grows with d (with gbar where the inclination is swept), but a swept force falls.
     rising = -1 if sweep.parameter is Parameter.AMPLITUDE else 1
     return rising * (int(product > 0) - int(product < 0))
 
@@ -392,22 +392,22 @@ def _stated(critical: Point, point: Point, proof: ProvedPoint, bits: int) -> Cer
 
 
 def _holds(point: Point, name: str, proved: Ball) -> bool:
-    """Whether a number of a point is proved to be within its stated error bound."""
+    """Whether the named number of a point is proved to be within its stated error bound."""
     group_name = "phi_bottom" if name == "phi" else name
     stated = getattr(point, name) if name in ("d", "gbar") else getattr(point.closed, group_name)
     return bool(abs(proved - ball(stated)) <= point.closed.bounds[group_name])
 
 
 def _side(kind: Event, slope: int, negative: bool) -> str:
-    """What lies on which side, where the sign of the trace's slope is known.
+    """Which type of motion lies on which side of a critical point, where the sign of the trace's slope is known.
 
-    Stable is what has a trace between -(1 + r^4) and 1 + r^4, a focus between -2 r^2 and 2 r^2, with r_b r_t for r^2
-    where the membranes are not alike.
+    A motion is stable if its trace is between -(1 + r^4) and 1 + r^4, and a focus if it is between -2 r^2 and 2 r^2,
+    with r_b r_t for r^2 where the membranes are not alike.
     """
     if not slope or kind in (Event.FOLD, Event.GRAZING):
         return ""
     type_changes = kind is Event.NODE_FOCUS
-    # A period doubling is the lower border of the trace, all others but the focus with a negative trace are upper
-    # ones.
+    # A period doubling is at the lower bound of the trace, as is a focus with negative trace; all others are at the
+    # upper one.
     inward = slope if kind is Event.PERIOD_DOUBLING or (type_changes and negative) else -slope
     return f"{'focus' if type_changes else 'stable'} {'above' if inward > 0 else 'below'}"

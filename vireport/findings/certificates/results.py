@@ -1,4 +1,4 @@
-"""The proof of a critical point as a record of results.json."""
+"""Record of results.json on the proof of a critical point."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""A recorded motion of the shaker driven through the device: what it does, beside the periodic motion predicted."""
+"""The device driven by a recorded motion of the shaker, compared with the periodic motion that is predicted."""

@@ -1,8 +1,8 @@
-"""A recorded acceleration of the shaker driven through the device of a scenario, impact by impact.
+"""The device of a scenario driven by a recorded acceleration of the shaker, impact by impact.
 
-The acceleration is its cubic spline, and between two impacts the ball's flight is exact. At the beginning of the record
-the ball lies on the bottom membrane; what comes while the motion settles is left out. Of a motion that need not be
-periodic there are counts and means, with intervals, and no bifurcations.
+The acceleration is the cubic spline of the samples, for which the flight between two impacts is exact. At the beginning
+of the record the ball lies on the bottom membrane; impacts while the motion settles are left out. As the motion need
+not be periodic, the results are counts and means, with intervals, and no bifurcations.
 """
 
 from __future__ import annotations
@@ -76,9 +76,9 @@ class Prediction(Struct, frozen=True):
     Attributes
     ----------
     speed_bottom_m_s, speed_top_m_s : float
-        Of the impacts [m/s].
+        Speeds just before the impacts [m/s].
     impacts_per_s : float
-        [1/s].
+        Impacts in a second [1/s].
     voltage_per_s, power_mw : float or None
         Sum of the gains of voltage in a second [V/s], and mean power [mW]; None where they are not evaluated.
     """
@@ -97,35 +97,35 @@ class Driven(Struct, frozen=True, eq=False):
     ----------
     recording : Recording
     shaker : ShakerMotion
-        The sine and harmonics that were fitted.
+        The sine and harmonics that were fitted to the record.
     device : Device
-        That of the scenario under the fitted force.
+        The device of the scenario under the fitted force.
     settled_s : float
         Time on the record's clock from which on the motion counts [s].
     periods : int
-        Periods of a 1:1 motion, n of the force each, that count.
+        Number of periods of a 1:1 motion, each n forcing periods, that count.
     times_s, walls, speeds_m_s, phases : ndarray, shape (k,)
         Of the impacts that count: on the record's clock [s]; 1 bottom, -1 top; relative speed [m/s]; phase of the
         fitted force [rad].
     words : tuple of WordShare
-        The impacts of each period, the most frequent first, as the alphabetically first of the cyclic words.
+        The words of the periods, the most frequent first, each as the alphabetically first of its rotations.
     rests : float
         Share of the periods in which the ball comes to rest on a membrane.
     impacts_per_s : Mean
-        [1/s].
+        Impacts in a second [1/s].
     speed_bottom_m_s, speed_top_m_s : Mean or None
         Mean speeds [m/s]; None without an impact there.
     voltage_per_s, power_mw : Mean or None
-        As those of `Prediction`.
+        Sum of the gains of voltage in a second [V/s], and mean power [mW]; None where they are not evaluated.
     deepest_m : float or None
         Largest deflection of a membrane [m].
     predicted : Prediction or None
         None where there is no stable 1:1 motion.
     doubts : tuple of ShakerFinding
-        What may be wrong with the record, beside what the scenario says.
+        What may be wrong with the record, compared with the scenario.
     resampled : float or None
-        Share of the amplitude by which the samples may be wrong as they were put on an even clock; None where they
-        were on one.
+        Error of the samples from putting them on an even clock, as a share of the amplitude; None where they were on
+        one.
     """
 
     recording: Recording
@@ -158,23 +158,23 @@ class Driven(Struct, frozen=True, eq=False):
 
 
 def driven_by(loaded: Loaded, device: Device, membrane: Membrane | None, say: Progress | None = None) -> Driven:
-    """Drive a recorded acceleration through a device.
+    """Drive a device with a recorded acceleration.
 
     Parameters
     ----------
     loaded : Loaded
         The scenario that names the record.
     device : Device
-        Its force and frequency are those of the record, near those of the scenario.
+        The device of the scenario; its force and frequency are replaced by those fitted to the record.
     membrane : Membrane or None
         For voltages.
     say : callable, optional
-        Is told each step.
+        Called with each step as it begins.
 
     Raises
     ------
     UsageError, ScenarioError
-        If the record cannot be used, or the device has what is not known under such a force.
+        If the record cannot be used, or the device has a feature that is not modelled under such a force.
     NumericalError
         If the ball does not cease to bounce.
     """
@@ -184,7 +184,7 @@ def driven_by(loaded: Loaded, device: Device, membrane: Membrane | None, say: Pr
     say("reading the record of the shaker")
     record = loaded.scenario.excitation.record
     assert record is not None
-    # A report names the record as its scenario does, and not by where the scenario was.
+    # A report names the record as its scenario does, not by the folder of the scenario.
     recording = replace(read_recording(record, loaded.place, loaded.scenario.record), name=visible(record))
     shaker = shaker_of(recording, device, say)
     if shaker is None or shaker.channel.place is not HeardPlace.CAPSULE:
@@ -196,7 +196,7 @@ def driven_by(loaded: Loaded, device: Device, membrane: Membrane | None, say: Pr
         allowed = f"gaps of up to {100 * LONGEST_BRIDGED / TURN:g} % of a period, which are bridged"
         raise UsageError(f"{KEY}: {recording.name} lacks samples before {lost:.6g} s (allowed: {allowed})")
     resampled = None
-    # A sample that is late by some time has the acceleration of a phase that is later by 2 pi f times as much.
+    # A sample that is late by t has the acceleration of a phase that is later by 2 pi f t.
     if gaps or not recording.even or rate * recording.uneven_s > LARGEST_PHASE:
         recording, error = _resampled(recording)
         resampled = error / shaker.amplitude
@@ -213,10 +213,10 @@ def driven_by(loaded: Loaded, device: Device, membrane: Membrane | None, say: Pr
 
 
 def _resampled(recording: Recording) -> tuple[Recording, float]:
-    """A recording on an even clock, by cubic splines, and how wrong its acceleration may be [m/s^2].
+    """A recording on an even clock, by cubic splines, and the error of its acceleration [m/s^2].
 
-    The latter is the root mean square of what splines through every other sample tell otherwise, the larger of both:
-    more than what all samples leave open, as the noise of the sensor is in it, too.
+    The error is the larger root mean square by which the splines through every other sample, even or odd, differ from
+    the spline through all: an upper estimate, as it contains the noise of the sensor.
     """
     from scipy.interpolate import CubicSpline  # type: ignore[import-untyped]
 
@@ -246,7 +246,7 @@ class _Followed(NamedTuple):
     clock : ndarray, shape (k,)
         Their times since the first sample [t_c].
     phase : float
-        Of the fitted force at the first sample [rad].
+        Phase of the fitted force at the first sample [rad].
     """
 
     rows: Floats
@@ -255,14 +255,14 @@ class _Followed(NamedTuple):
 
 
 def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> _Followed:
-    """Drive the samples of a record through a device, from a ball that lies on the bottom membrane.
+    """Drive a device with the samples of a record, beginning with the ball on the bottom membrane.
 
     Raises
     ------
     NumericalError
         If the ball does not cease to bounce.
     """
-    # The samples have the harmonics in them: those that were fitted must not be added a second time.
+    # The samples contain the harmonics: the fitted ones must not be added a second time.
     groups = device.groups(Parameter.LENGTH, device.length_m).as_floats()._replace(harmonics=())
     rate = 2 * shaker.frequency_hz
     samples = (shaker.channel.values - shaker.offset) / shaker.amplitude
@@ -274,14 +274,14 @@ def _followed(recording: Recording, shaker: ShakerMotion, device: Device) -> _Fo
     if summary[0] >= most:
         raise NumericalError(f"{KEY}: more than {MOST_IMPACTS} impacts in each period of the force: they are not told")
     held = rows[:, SETTLING] + rows[:, RIDING]
-    # The flight of an impact is the one that ends there: time on a membrane comes before the next flight.
+    # The flight time of a row is that of the flight which ends there: time on a membrane comes before the next flight.
     return _Followed(rows, np.cumsum(rows[:, FLIGHT] + np.concatenate([[0.0], held[:-1]])), phase)
 
 
 def _counted(
     recording: Recording, shaker: ShakerMotion, device: Device, membrane: Membrane | None, followed: _Followed
 ) -> Driven:
-    """The impacts of whole periods once the motion has settled, with their means.
+    """Count the impacts of whole periods once the motion has settled, and form their means.
 
     Raises
     ------
@@ -293,8 +293,8 @@ def _counted(
     end = (recording.end_s - recording.start_s) * rate
     span = 2.0 * device.period_ratio
     rested = rows[:, SETTLING] + rows[:, RIDING] > 0
-    # Periods are cut where the fewest impacts are near, and counted back from the end: an impact that jitters over
-    # a cut would be taken from one word and given to the next.
+    # Periods are cut at the phase farthest from impacts, and counted back from the end: an impact that jitters across a
+    # cut would move from one word to the next.
     settled = min(max(SETTLED * end, 2 * SETTLING_PERIODS), MOST_SETTLING * end)
     cut = _emptiest(rows[clock > settled, PHASE])
     # The last time at which the force has the phase of the cut; a period of it is 2 t_c.
@@ -307,7 +307,7 @@ def _counted(
     counted = (clock >= first) & (clock < last) & (np.arange(len(rows)) > 0)
     counted_rows, times = rows[counted], clock[counted]
     period = np.clip(((times - first) / span).astype(int), 0, periods - 1)
-    # A part is so many periods; those that are left over are at the beginning.
+    # All parts have as many periods; the periods left over, at the beginning, are in no part.
     parts = max(parts_of(periods), 1)
     periods_per_part = periods // parts
     part = (period - (periods - parts * periods_per_part)) // periods_per_part
@@ -316,13 +316,13 @@ def _counted(
     speeds = np.abs(counted_rows[:, VELOCITY]) * velocity_unit
 
     def per_second(values: Floats) -> Mean:
-        """Mean over time of what comes with each impact, per second."""
+        """Mean rate, per second, of a quantity that each impact adds to."""
         used = part >= 0
         return batched(_sums(part[used], values[used], parts), length)
 
     def speed(wall: float) -> Mean | None:
         used = (part >= 0) & (counted_rows[:, WALL] == wall)
-        # A mean over impacts, not over time: parts differ in their number, which the interval has to know.
+        # A mean over impacts, not over time: the interval needs the number of impacts in each part.
         counts = _sums(part[used], np.ones(int(used.sum())), parts)
         return batched(_sums(part[used], speeds[used], parts), counts) if used.any() else None
 
@@ -354,12 +354,12 @@ def _counted(
 
 
 def _sums(part: NDArray[np.intp], values: Floats, parts: int) -> Floats:
-    """Sums of values over the parts that they are of."""
+    """Sums of values over parts, (parts,); `part` has the number of the part of each value."""
     return np.asarray(np.bincount(part, values, parts), dtype=np.float64)
 
 
 def _emptiest(phases: Floats) -> float:
-    """The phase that is farthest from all impacts [rad]."""
+    """The phase that is farthest from the phases of all impacts [rad]."""
     if not len(phases):
         return 0.0
     ordered = np.sort(phases % TURN)
@@ -371,7 +371,7 @@ def _emptiest(phases: Floats) -> float:
 def _words(
     walls: Floats, rested: NDArray[np.bool_], period: NDArray[np.intp], periods: int
 ) -> tuple[tuple[WordShare, ...], float]:
-    """The shares of the words of periods, and that of periods in which the ball comes to rest."""
+    """The shares of the words of periods, and the share of periods in which the ball comes to rest."""
     letters = np.where(walls > 0, "B", "T")
     # Impacts are in order of time, so that those of a period are neighbours.
     edges = np.searchsorted(period, np.arange(periods + 1))
@@ -380,7 +380,7 @@ def _words(
     for k in range(periods):
         sequence = "".join(letters[edges[k] : edges[k + 1]])
         seen[RESTS if k in resting else sequence] += 1
-    # Many periods have the same few sequences: words are sorted out once for each of these, not for each period.
+    # Many periods have the same few sequences of impacts: each sequence is reduced to its word only once.
     same: Counter[str] = Counter()
     for sequence, count in seen.items():
         same[sequence if sequence in ("", RESTS) else Word.of(sequence).canonical().letters] += count

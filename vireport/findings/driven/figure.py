@@ -1,4 +1,4 @@
-"""The impacts under a recorded motion of the shaker, along the record, with the words of the figure."""
+"""Figure of the impacts under a recorded motion of the shaker, along the record, with its caption."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PREDICTED: Look = {"color": Color.BLACK, "linewidth": 0.8, "linestyle": DASHED}
 
 
 def picture(driven: Driven, name: AnyTask, templates: Path | None = None) -> Picture:
-    """The figure with its words."""
+    """The figure of the impacts along the record, with its caption."""
     facts = {
         "impacts": len(driven.times_s),
         "every": _every(driven),
@@ -40,7 +40,7 @@ def _every(driven: Driven) -> int:
 
 
 def figure_driven(driven: Driven) -> Figure:
-    """Speed and phase of each impact against the time of the record."""
+    """Draw speed and phase of each impact against the time of the record."""
     drawn = np.arange(len(driven.times_s)) % _every(driven) == 0
     with style():
         figure, panels = blank(2, sharex=True)

@@ -1,4 +1,4 @@
-"""What a recorded motion of the shaker brings to a study: what the device does under it, beside the periodic motion."""
+"""What a recorded motion of the shaker brings to a study: what the device does under it, and what is predicted."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class DrivenFinding(AddedFinding["Driven"]):
         yield DeclaredStep(drawn, (DESIGN, PICTURES), why, (record,))
 
     def find(self, study: Study, say: Progress) -> Driven:
-        """Drive the record through the device."""
+        """Drive the device with the record."""
         from vireport.findings.driven.driven import driven_by
 
         return driven_by(study.loaded, study.solution.device, study.solution.membrane, say)
 
     def results(self, driven: Driven | None, study: Study) -> AddedBlocks:
-        """The block of the same name, where there is a record."""
+        """The block `driven` of results.json, where there is a record."""
         if driven is None:
             return {}
         from vireport.findings.driven.results import driven_data
@@ -52,7 +52,7 @@ class DrivenFinding(AddedFinding["Driven"]):
         return {self.name: driven_data(driven)}
 
     def answers(self, driven: Driven, evidence: Evidence) -> Iterator[AddedAnswer[Driven]]:
-        """A doubtful record is held against the device; else nothing is asked."""
+        """The answer that a doubtful record speaks against the device; none where the record raises no doubt."""
         from vireport.study.judging.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
         if not driven.doubts:

@@ -1,4 +1,4 @@
-"""Means along a record and their intervals, by the means of its parts."""
+"""Means along a record and their 95 % intervals, from the means of its parts (batch means)."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class Mean(Struct, frozen=True):
     ----------
     value : float
     low, high : float or None
-        Ends of its 95 % interval; None where there is none.
+        Ends of the 95 % interval; None where there is none.
     why : NoInterval or None
-        Why there is none.
+        Why there is no interval.
     """
 
     value: float
@@ -48,27 +48,27 @@ class Mean(Struct, frozen=True):
 
 
 def parts_of(periods: int) -> int:
-    """Parts into which so many periods are cut; fewer than `FEWEST_PARTS` give no interval."""
+    """Number of parts into which some periods are cut; fewer than `FEWEST_PARTS` give no interval."""
     return min(MOST_PARTS, periods // LEAST_PERIODS)
 
 
 def batched(sums: Floats, sizes: Floats) -> Mean:
-    """The mean of a quantity by its sums over the parts of a record, with its interval.
+    """The mean of a quantity from its sums over the parts of a record, with its 95 % interval.
 
     Parameters
     ----------
     sums : ndarray, shape (parts,)
-        Of the quantity, over each part.
+        Sum of the quantity over each part.
     sizes : ndarray, shape (parts,)
-        What it is a mean over: the time of each part, or its impacts.
+        What the mean is over: the time of each part, or its number of impacts.
 
     Notes
     -----
-    Means of parts (Law, Simulation Modeling and Analysis, 9.5.3) and not a bootstrap of blocks: a part is far longer
-    than the few periods that the motion remembers, so that the parts are as good as independent, and their spread is
-    the variance without a length of blocks to be chosen. That they are not alike is tested by the correlation of each
-    with the next; where it fails, nothing is said of the error. With the ratio R = S/N of the sums the deviation of a
-    part is s - R n.
+    Batch means (Law, Simulation Modeling and Analysis, 9.5.3) and not a bootstrap of blocks: a part is far longer than
+    the few periods that the motion remembers, so that the parts are practically independent, and their spread gives the
+    variance without a length of blocks to be chosen. Independence is tested by the correlation of each part with the
+    next; where the test fails, no interval is given. With the ratio R = S/N of the sums the deviation of a part is
+    s - R n.
     """
     ratio = float(sums.sum() / sizes.sum())
     count = len(sums)
@@ -76,7 +76,7 @@ def batched(sums: Floats, sizes: Floats) -> Mean:
         return Mean(ratio, why=NoInterval.SHORT)
     off = sums - ratio * sizes
     square = float(off @ off)
-    # A motion that repeats itself to rounding has no spread, and the correlation of rounding would say that it drifts.
+    # A motion that repeats itself to rounding has no spread; the correlation of rounding would look like a drift.
     if square <= (1e-9 * ratio) ** 2 * float(sizes @ sizes):
         return Mean(ratio, ratio, ratio)
     if float(off[1:] @ off[:-1]) / square > ALIKE / sqrt(count):

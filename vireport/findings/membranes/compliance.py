@@ -1,9 +1,9 @@
 """How far the rigid-impact model is from compliant membranes.
 
 The motion is followed from the rigid one, where the membranes are infinitely stiff, down a ladder of
-stiffnesses to the scenario's own. A contact lasts in proportion to epsilon = K^(-1/(h+1)), so everything
-should approach the rigid model at that rate. What the scenario's own membranes change is one table of quantities, each
-rigid and compliant; some of them have limits up to which the rigid model is good enough.
+stiffnesses to the scenario's own. The duration of a contact is proportional to epsilon = K^(-1/(h+1)), so that all
+quantities should approach the rigid model at that rate. What the scenario's own membranes change is one table of
+quantities, each rigid and compliant; some of them have limits up to which the rigid model is good enough.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class StiffnessRung(ResultsBlock, frozen=True):
 
     @classmethod
     def of(cls, factor: float, motion: Continued | Absence, critical: Continued | Absence | None) -> StiffnessRung:
-        """The rung of what was followed to it; the first thing that was lost gives the reason."""
+        """The rung from the motion and the critical point followed to it; `reason` tells the first that is lost."""
         lost = [followed.reason for followed in (motion, critical) if isinstance(followed, Absence)]
         return cls(
             factor,
@@ -126,7 +126,7 @@ class Grade(IntEnum):
 
     @property
     def words(self) -> str:
-        """How good it is, in a sentence."""
+        """How good the rigid model is, in a sentence."""
         return ("good enough", "to be used with care", "not good enough")[self]
 
     @property
@@ -165,7 +165,7 @@ class ModelCriterion(ResultsBlock, frozen=True):
 
 
 class Unit(StrEnum):
-    """What a quantity is measured in; the first two are dimensionless units of the model."""
+    """Unit of a quantity; the first two are the dimensionless units of the model."""
 
     VELOCITY = "y_c"
     PHASE = "rad"
@@ -181,11 +181,11 @@ class Compared(Struct, frozen=True):
     Attributes
     ----------
     unit : Unit or Parameter
-        Of a critical point and the margin to it, the parameter that varies.
+        For a critical point and the margin to it, the parameter that varies.
     compliant : float or None
-        None where it is lost.
+        None where the critical point is lost.
     criterion : ModelCriterion or None
-        Where it is one of those that the rigid model is judged by.
+        None where the rigid model is not judged by this quantity.
     """
 
     name: str
@@ -196,7 +196,7 @@ class Compared(Struct, frozen=True):
 
     @property
     def of_margin(self) -> bool:
-        """Whether the shift that it is judged by is one over the margin to a critical point."""
+        """Whether the quantity is judged by its shift over the margin to a critical point."""
         return isinstance(self.unit, Parameter)
 
     @property
@@ -222,7 +222,7 @@ class Volts(ResultsBlock, frozen=True):
 
 
 class Compliance(Struct, frozen=True):
-    """What compliant membranes change, and how solvers cope.
+    """What compliant membranes change, and how ODE solvers cope with them.
 
     Attributes
     ----------
@@ -230,13 +230,13 @@ class Compliance(Struct, frozen=True):
         Why there is nothing to compare, or "".
     rigid : Rigid or None
     critical : Point or None
-        Of the rigid model, the one that is followed.
+        The critical point of the rigid model that is followed.
     varied : Parameter
         The parameter that varies towards it.
     design_value : float
-        Of that parameter, where the motion is.
+        Value of that parameter where the motion is, in its unit.
     order : float
-        1/(h+1), the rate expected.
+        1/(h+1), the expected exponent of 1/K.
     rungs : tuple of StiffnessRung
         By ascending stiffness.
     convergence : tuple of Convergence
@@ -268,16 +268,16 @@ class Compliance(Struct, frozen=True):
 
     @property
     def criteria(self) -> tuple[ModelCriterion, ...]:
-        """What the rigid model is judged by."""
+        """The criteria that the rigid model is judged by."""
         return tuple(compared.criterion for compared in self.quantities if compared.criterion is not None)
 
     @property
     def grade(self) -> Grade | None:
-        """The worst of the criteria, or that a motion or critical point is lost; None where nothing is compared."""
+        """The worst grade of the criteria; a lost motion or critical point is the worst. None without a comparison."""
         rung = self.unscaled
         if rung is None:
             return None
-        # What is lost has no shift by which to grade, and is worse than any.
+        # A lost motion has no shift to be graded, and is worse than any shift.
         if rung.orbit is None or not rung.orbit.stable:
             return Grade.INSUFFICIENT
         if self.critical is not None and rung.critical_value is None:
@@ -296,7 +296,7 @@ def compliance(
     ladder : sequence of float
         Positive factors of K; 1 is added where it is missing.
     repeats : int
-        Of each run, for its median time.
+        Repetitions of each run, for its median time.
     progress : callable, optional
         Called with each long step as it begins.
     """
@@ -313,8 +313,8 @@ def compliance(
         return Compliance(TOO_LOSSY.reason, rigid)
     varied, critical = _critical_point(solution, device)
     factors = sorted({1.0, *(float(factor) for factor in ladder)})
-    # From the stiffest rung down: there the rigid motion is surely near enough to start from, and each rung starts the
-    # next softer one. Directly from rigid to soft membranes it may come to another motion, or to none.
+    # From the stiffest rung down: there the rigid motion is near enough to start from, and each rung gives the start of
+    # the next softer one. Directly from rigid to soft membranes one may come to another motion, or to none.
     say(WorkStep("compliant membranes: periodic motions", 0.0))
     orbits = descend(motion_to_follow(device, membrane, rigid), factors, FINEST)
     say("compliant membranes: critical points")
@@ -344,7 +344,7 @@ def compliance(
 def _solver_runs(
     model_at: Callable[[float], CompliantModel], rungs: Sequence[StiffnessRung], repeats: int, say: Progress
 ) -> Iterator[SolverRun]:
-    """Every solver on every rung that has a motion; `model_at` gives the equation by the factor of K."""
+    """Run every solver on every rung that has a motion; `model_at` gives the equation for a factor of K."""
     for k, rung in enumerate(rungs):
         if rung.orbit is not None:
             say(WorkStep(f"compliant membranes: solvers at K times {rung.factor:g}", k / len(rungs)))
@@ -352,23 +352,23 @@ def _solver_runs(
 
 
 def _critical_point(solution: Solution, device: Device) -> tuple[Parameter, Point | None]:
-    """The critical point that is followed, with the parameter that varies: the nearest period doubling, or fold."""
+    """The parameter that varies, and the critical point that is followed: the nearest period doubling, or else fold."""
     design_value = float(device.value_of(solution.parameter))
-    # A grazing has no multiplier by which it could be followed.
+    # Grazing has no multiplier by which it could be followed.
     for kind in MULTIPLIER:
         points = [point for point in solution.critical_points if point.event is kind]
         if points:
             return solution.parameter, min(points, key=lambda point: abs(point.sweep_value - design_value))
         if solution.diagram is None and solution.design is not None:
             for margin in solution.design.endings(kind):
-                # A restitution is what membranes do: along it the ladder would compare other membranes.
+                # The restitution is a property of the membranes: along it the ladder would compare other membranes.
                 if (varied := margin.parameter.sweepable) is not None and not varied.bounces:
                     return varied, margin.point
     return solution.parameter, None
 
 
 def _convergence(rigid: Rigid, critical: Point | None, rungs: Sequence[StiffnessRung]) -> Iterator[Convergence]:
-    """Distances from the rigid model on all rungs, and the rates at which they vanish."""
+    """Distances from the rigid model on all rungs, and the rates at which they vanish as K grows."""
 
     def of_touches(shift: Callable[[Bounce], float]) -> list[float | None]:
         return [None if rung.orbit is None else shift(rung.orbit.bottom) for rung in rungs]
@@ -403,17 +403,17 @@ def _volts(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel, membrane
     speeds = (
         model.velocity_unit * np.array([rigid.velocity_bottom, rigid.velocity_top]),
         model.velocity_unit * np.array([touch.velocity for touch in touches]),
-        # The velocity that would press the membrane as deep by (5.5): depth grows as its power 2/(h+1).
+        # The velocity that would deflect the membrane as far by (5.5), where the deflection grows as v^(2/(h+1)).
         (depth / deflection(np.array(1.0), membrane)) ** ((membrane.exponent + 1) / 2),
     )
     return Volts(*(float(generated_voltage(speed, membrane).mean()) for speed in speeds))
 
 
 def _motion_rows(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel) -> Iterator[Compared]:
-    """What changes at either membrane."""
+    """The quantities of the impacts on each membrane, with rigid and with compliant membranes."""
     (r_bottom, r_top), length = by_wall(model.restitution), model.length_unit
-    # The rigid deflection is that of (5.5), which knows no damping: a part of its shift is that damping takes energy on
-    # the way in: for h = 2.6 the depth is 3 % less with r = 0.9, 16 % with r = 0.5.
+    # The rigid deflection is that of (5.5), without damping. A part of its shift is that damping takes energy on the
+    # way in: for h = 2.6 the deflection is 3 % less with r = 0.9, 16 % with r = 0.5.
     for name, touch, speed, phase, r in (
         ("bottom", orbit.bottom, rigid.velocity_bottom, rigid.phase_bottom, r_bottom),
         ("top", orbit.top, rigid.velocity_top, rigid.phase_top, r_top),
@@ -425,8 +425,8 @@ def _motion_rows(rigid: Rigid, orbit: CompliantMotion, model: CompliantModel) ->
         # A forcing period is 2 t_c; a rigid contact takes no time.
         yield Compared(f"contact over forcing period {at}", Unit.SHARE, 0.0, touch.duration / 2)
         yield Compared(f"deflection {at}", Unit.DEPTH, length * depth, length * touch.deflection)
-        # Gravity and the force accelerate the ball while it is on the membrane: it leaves with another speed than r
-        # times that of the touch, though the damping is the one that gives r without them.
+        # Gravity and the force accelerate the ball while it is on the membrane: it does not leave with r times its
+        # speed of impact, though the damping is the one that gives r without them.
         yield Compared(f"restitution with the forcing {at}", Unit.RATIO, r, touch.restitution)
 
 
@@ -438,16 +438,16 @@ def _voltage_rows(volts: Volts) -> Iterator[Compared]:
 
 
 def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
-    """Where the critical point is, and the margin to it, judged by the shift over that margin."""
+    """The critical point and the margin to it, judged by the shift over that margin."""
     if comparison.critical is None or comparison.unscaled is None:
         return
-    # The shift counts over the margin, not over the value: a per mille of a length can be half of what is left of it.
+    # The shift is divided by the margin, not by the value: a per mille of a length can be half of the margin.
     label, at, value = comparison.critical.label, comparison.critical.sweep_value, comparison.unscaled.critical_value
     varied, side = comparison.varied, 1 if comparison.design_value > at else -1
     # Positive as long as the critical point stays on its side of the design, wherever stable motion is.
     margin = side * (comparison.design_value - at)
     yield Compared(f"{label}, {varied.symbol}", varied, at, value)
-    # At a design that stands on the critical point there is no margin that a shift could be held against.
+    # A design at the critical point has no margin to compare a shift with.
     if value is None or not margin:
         return
     criterion = ModelCriterion.of(label, (value - at) / margin, *MARGIN_LIMITS)
@@ -455,7 +455,7 @@ def _critical_rows(comparison: Compliance) -> Iterator[Compared]:
 
 
 def moved_or_lost(comparison: Compliance) -> Iterator[Sentence]:
-    """What the membranes' own stiffness moves farther than is fair to use, or else what of the rigid model it ends."""
+    """Sentences on what the real stiffness of the membranes shifts too far, or else on the motion that it ends."""
     shifts = [
         Sentence("margins", {"name": criterion.name, "margins": abs(criterion.shift)})
         if compared.of_margin

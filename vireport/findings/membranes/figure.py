@@ -1,4 +1,4 @@
-"""Solvers on stiff membranes, and how the compliant motion tends to the rigid one: the figure and its words."""
+"""Figure, with caption, of solvers on stiff membranes, and of how the compliant motion tends to the rigid one."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ SMALLEST_ON_AXIS = 1e-3
 
 
 def figure_stiffness(comparison: Compliance) -> Figure:
-    """Error against run time for each solver at three stiffnesses, and the distance from the rigid motion over K.
+    """Draw the errors of solvers over run time at three stiffnesses, and the distance from the rigid motion over K.
 
     Parameters
     ----------
     comparison : Compliance
-        With runs.
+        With runs of solvers.
     """
     factors = drawn_factors(comparison)
     solvers: list[Entry] = [(name, MARK | {"marker": marker, "color": Color.BLACK}) for name, marker in MARKERS.items()]
@@ -66,7 +66,7 @@ def figure_stiffness(comparison: Compliance) -> Figure:
 
 
 def picture(comparison: Compliance, name: AnyTask, templates: Path | None = None) -> Picture:
-    """The figure with its words."""
+    """The figure of solvers and rates with its caption."""
     drawn = {
         "wrong": WRONG,
         "order": comparison.order,
@@ -113,8 +113,8 @@ def _rates(axes: Axes, comparison: Compliance) -> list[Label]:
             continue
         factors, distances = np.array(distances_by_factor).T
         color, marker = QUANTITIES[quantity.quantity]
-        # The expected rate through the stiffest rung, where terms of higher order are least: how soon the points leave
-        # this line shows down to which K the rate holds.
+        # A line of the expected rate through the stiffest rung, where terms of higher order are least: where the points
+        # leave it, the rate no longer holds.
         axes.plot(factors, distances[-1] * (factors / factors[-1]) ** -comparison.order, **THEORY)
         axes.plot(factors, distances, **MARK | {"color": color, "marker": marker})
         later = len(distances_by_factor) // 2

@@ -1,4 +1,4 @@
-"""What compliant membranes bring to a study: whether rigid impacts are good enough, and how solvers cope with them."""
+"""What compliant membranes bring to a study: whether rigid impacts are a good model, and how solvers do on them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
     within = "appendix"
 
     def steps(self) -> Iterator[DeclaredStep]:
-        """The motion with compliant membranes, and its figure."""
+        """The steps of a run: the motion with compliant membranes, and its figure."""
         compliant = Precondition(
             lambda scenario, _: value_at(scenario, "accuracy.compliant_membrane"),
             "accuracy.compliant_membrane is false",
@@ -69,7 +69,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
         return {RESULTS: compliance_data(compliance)}
 
     def answers(self, compliance: Compliance, evidence: Evidence) -> Iterator[AddedAnswer[Compliance]]:
-        """Whether the rigid model is good enough, where that could be compared."""
+        """The answer on whether the rigid model is good enough, where there is a comparison."""
         from vireport.study.judging.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
         if compliance.grade is None:
@@ -81,16 +81,16 @@ class MembranesFinding(AddedFinding["Compliance"]):
         yield AddedAnswer("Is the rigid model good enough?", status, compliance, name=self.name, concludes=concludes)
 
     def causes(self, compliance: Compliance, evidence: Evidence) -> Mapping[AlertCode, Iterable[Sentence]]:
-        """What the membranes' own stiffness moves too far, or ends."""
+        """Causes of alerts: what the real stiffness of the membranes shifts too far, or which motion it ends."""
         from vireport.findings.membranes.compliance import moved_or_lost
 
-        # Without a stable motion there is nothing that the rigid model claims of the device.
+        # Without a stable motion the rigid model claims nothing of the device.
         if not evidence.impacts[0].size or not self.contradicts_rigid_impacts(compliance):
             return {}
         return {AlertCode.NOT_RIGID: moved_or_lost(compliance)}
 
     def pictures(self, compliance: Compliance, study: Study, templates: Path | None) -> Iterator[Any]:
-        """Errors of the solvers, and the rates at which the motion tends to the rigid one."""
+        """The figure of the errors of solvers, and of the rates at which the motion tends to the rigid one."""
         drawn = study.plan.running(FIGURE)
         if drawn is not None and compliance.runs:
             from vireport.findings.membranes.figure import picture
@@ -98,7 +98,7 @@ class MembranesFinding(AddedFinding["Compliance"]):
             yield picture(compliance, drawn, templates)
 
     def parts(self, compliance: Compliance, templates: Path | None) -> Mapping[str, object]:
-        """The verdict on the rigid model, what moves from it, where a motion is lost, and how solvers do."""
+        """The verdict on the rigid model, tables of shifts and of solvers, and where a motion is lost."""
         from vireport.findings.membranes.tables import comparison_with_rigid, lost, solvers_on_stiff_membranes, verdict
 
         return {

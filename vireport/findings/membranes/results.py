@@ -1,4 +1,4 @@
-"""The motion with compliant membranes as records of results.json and accuracy.json."""
+"""Records of results.json and accuracy.json on the motion with compliant membranes."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class ComplianceData(ResultsBlock, frozen=True, kw_only=True):
 
 
 def compliance_data(comparison: Compliance) -> ComplianceData:
-    """The compliant motion beside the rigid one, and every run of a solver."""
+    """The record of the compliant motion, of the rigid one, and of every run of a solver."""
     return ComplianceData(
         nothing=comparison.reason or None,
         grade=comparison.grade,

@@ -1,8 +1,8 @@
-"""The equation with compliant membranes over one period in one go, by common solvers of SciPy and one of fixed steps.
+"""The equation with compliant membranes over one period, by common solvers of SciPy and one with fixed steps.
 
-Nothing is split at the contacts: the solver comes upon the membranes as it goes. A ladder of solvers and settings is
-judged by one function: each run starts and ends on the accurate motion, so that its error is known. A solver that gives
-up, overflows or passes a membrane by is a result like any other.
+Nothing is split at the contacts: a solver is not told where the membranes are. Each run of a ladder of solvers and
+settings starts on the accurate motion and should end there, so that its error is known. A solver that gives up,
+overflows or steps over a membrane is a result like any other.
 """
 
 from __future__ import annotations
@@ -98,9 +98,9 @@ class Period(Struct, frozen=True):
     ----------
     model : CompliantModel
     phase, position, velocity : float
-        At the start, and on the motion at the end.
+        State at the start, and by periodicity at the end: forcing phase [rad], position [x_c] and velocity [y_c].
     damping : tuple of float
-        lambda of the bottom and of the top membrane, those of the motion's own touches.
+        lambda of the bottom and of the top membrane, for the impact velocities of the motion.
     """
 
     model: CompliantModel
@@ -119,19 +119,19 @@ class Calls(Struct):
 
 
 class _ExhaustedError(Exception):
-    """The evaluations are used up."""
+    """Raised in the force when the allowed evaluations are used up."""
 
 
 def period_of(model: CompliantModel, orbit: CompliantMotion) -> Period:
-    """Start on a motion in mid-flight."""
-    # From mid-flight, where nothing is stiff and the state is known in closed form: every solver starts exactly on the
-    # motion, and its error at the end is its own alone.
+    """The equation over one period of a motion, beginning in the middle of the flight down."""
+    # In mid-flight nothing is stiff and the state is known in closed form: every solver starts exactly on the motion,
+    # and all of the error at the end is due to the solver.
     left, half = orbit.top, orbit.flight_down / 2
     leaves = left.phase + pi * left.duration
     phase = leaves + pi * half
     z = -model.d / 2 + flight.displacement(half, left.leaving, sin(leaves), cos(leaves), cos(phase), model.gbar)
     v = flight.velocity(half, left.leaving, sin(leaves), sin(phase), model.gbar)
-    # Damping depends on the speed of the impact. That of the motion is kept: a run that has left it is wrong anyway.
+    # Damping depends on the impact velocity. That of the motion is kept: a run that has left it is wrong anyway.
     bottom, top = (damping_number(model.restitution_at(wall)) for wall in (BOTTOM, TOP))
     return Period(model, phase, float(z), float(v), (bottom / orbit.bottom.velocity, -top / orbit.top.velocity))
 
@@ -147,8 +147,8 @@ def acceleration(period: Period, calls: Calls) -> Force:
         a = gbar + cos(pi * t + phase)
         try:
             if z > half:
-                # An adaptive solver may step over a whole contact and still end without an error of its own: then it
-                # never asked for a force there.
+                # An adaptive solver may step over a whole contact without noticing: then it never evaluated a force
+                # there.
                 calls.bottom = True
                 a -= k * (z - half) ** h * max(1 + bottom * v, 0.0)
             elif z < -half:
@@ -169,16 +169,16 @@ def run_ladder(period: Period, factor: float, repeats: int) -> tuple[SolverRun, 
     ----------
     period : Period
     factor : float
-        By which K is multiplied in it.
+        By which K is multiplied.
     repeats : int
-        Samples of each run's time; fewer of long ones.
+        Samples of each run's time; fewer for long runs.
     """
     runs: dict[tuple[str, float], SolverRun] = {}
 
     def call(solver: str, setting: float) -> None:
         runs[solver, setting] = run_once(period, factor, solver, setting)
 
-    # In turns, so that what slows the machine down for a while slows all of them down.
+    # In turns, so that a temporarily slow machine slows all of them down.
     times = timed_in_turns([partial(call, *rung) for rung in LADDER], repeats)
     return tuple(replace(runs[rung], seconds=spread.median) for rung, spread in zip(LADDER, times, strict=True))
 
@@ -225,9 +225,9 @@ def _adaptive(period: Period, force: Force, calls: Calls, solver: str, rtol: flo
     start, span = [period.position, period.velocity], (0.0, period.model.period)
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
-            # What solvers warn of, overflow and steps too small, is what is measured: it goes into the outcome.
+            # Warnings of solvers on overflow or too small steps are not shown: they become the outcome.
             warnings.simplefilter("ignore")
-            # No events: to be told where the membranes are would be to solve another problem.
+            # No events: a solver that is told where the membranes are would solve another problem.
             run = solve_ivp(system, span, start, method=solver, rtol=rtol, atol=rtol)
     except _ExhaustedError:
         return RunOutcome.BUDGET, NOWHERE, 0

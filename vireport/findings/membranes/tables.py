@@ -1,4 +1,4 @@
-"""The comparison with compliant membranes: its tables for the report and for the terminal.
+"""Tables of the comparison with compliant membranes, for the report and for the terminal.
 
 Verdict, captions, heads and notes are those of ``words/compliant.j2``.
 """
@@ -30,13 +30,13 @@ SHORT = {
 
 
 def verdict(comparison: Compliance, templates: Path | None = None) -> str:
-    """Whether rigid impacts are good enough here, and which criterion says so.
+    """The sentence on whether rigid impacts are good enough, and which criterion decides that.
 
     Parameters
     ----------
     comparison : Compliance
     templates : Path, optional
-        A folder whose ``words/compliant.j2`` comes before the package's own, as for the tables.
+        A folder whose ``words/compliant.j2`` replaces the package's own, as for the tables.
     """
     judged = ((compared, compared.criterion) for compared in comparison.quantities)
     moved = [compared for compared, of in judged if of is not None and of.grade == comparison.grade]
@@ -44,7 +44,7 @@ def verdict(comparison: Compliance, templates: Path | None = None) -> str:
 
 
 def comparison_with_rigid(comparison: Compliance, templates: Path | None = None) -> Iterator[Table]:
-    """What moves from the rigid model, and the rate at which it tends to it."""
+    """Tables of the shifts from the rigid model, and of the rates at which they vanish with K."""
     if comparison.unscaled is None:
         return
     say = _words(templates)
@@ -61,8 +61,8 @@ def _words(templates: Path | None) -> Words:
 
 
 def lost(comparison: Compliance, templates: Path | None = None) -> Iterator[tuple[float, str, str]]:
-    """Factors of K other than 1 with which the motion or the critical point is lost: factor, which of them, and why."""
-    # What is lost with the scenario's own K is said by verdict and table already.
+    """Factors of K other than 1 at which the motion or the critical point is lost: factor, which of both, and why."""
+    # A loss with the scenario's own K is told by verdict and table.
     say, label = _words(templates), comparison.critical.label if comparison.critical is not None else ""
     for rung in comparison.rungs:
         if rung is not comparison.unscaled and rung.reason and (rung.orbit is None or label):
@@ -71,7 +71,7 @@ def lost(comparison: Compliance, templates: Path | None = None) -> Iterator[tupl
 
 
 def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = None) -> Iterator[Table]:
-    """What solvers make of the equation as it stands: errors, evaluations and times."""
+    """Tables of solvers on the equation with compliant membranes: errors, evaluations and times."""
     if not comparison.runs:
         return
     say, factors = _words(templates), sorted({run.factor for run in comparison.runs})
@@ -95,7 +95,7 @@ def solvers_on_stiff_membranes(comparison: Compliance, templates: Path | None = 
 
 
 def quantity_label(comparison: Compliance, convergence: Convergence) -> str:
-    """Name of a quantity that converges; of the critical value, the label of the point."""
+    """Name of a quantity that converges to its rigid value; for the critical value, the label of the point."""
     if convergence.quantity == "critical value" and comparison.critical is not None:
         return comparison.critical.label
     return convergence.quantity

@@ -23,7 +23,7 @@ class Cells(Boxes, frozen=True, eq=False):
     Attributes
     ----------
     impact : ndarray of int (k,)
-        The number of that impact.
+        Number of the impact of the motion that each rectangle is about.
     """
 
     impact: Ints
@@ -42,7 +42,7 @@ class Cells(Boxes, frozen=True, eq=False):
         return np.asarray(np.prod(self.high - self.low, axis=0))
 
     def halved(self, axes: Ints) -> Cells:
-        """Both halves of each, about the same impact."""
+        """Both halves of each cell along its axis in `axes`, about the same impact."""
         halves = Boxes(self.low, self.high).halved(axes)
         return Cells(halves.low, halves.high, np.repeat(self.impact, 2))
 
@@ -57,7 +57,7 @@ class Halving:
     cells : Cells
         All of them, in the order in which they came to be.
     code : ndarray of int
-        Of each: `PROVED`, `OPEN`, or the coordinate along which it was halved.
+        For each cell `PROVED`, `OPEN`, or the coordinate along which it was halved.
     """
 
     def __init__(self, first: Cells) -> None:
@@ -78,7 +78,7 @@ class Halving:
     def codes(self) -> Ints:
         """The codes generation by generation, each from the lower half of the first cell on.
 
-        With the first cells they say all: where a cell is, follows from the codes of those it was halved from.
+        With the first cells they determine the tree: the place of a cell follows from the codes of those above it.
         """
         of, rows = [], np.arange(self._first)
         while rows.size:
@@ -99,7 +99,7 @@ def generations(first: Cells, codes: Ints) -> Iterator[tuple[Cells, Ints]]:
     Raises
     ------
     ValueError
-        If there are not as many cells as it takes.
+        If there are fewer codes than cells, or one that is invalid.
     """
     cells = first
     while len(cells):

@@ -28,7 +28,7 @@ class ProofsFinding(AddedFinding["Proved"]):
     extends = "disturbances"
 
     def steps(self) -> Iterator[DeclaredStep]:
-        """One step, listed where the scenario requests proofs."""
+        """The step that proves, listed where the scenario requests proofs."""
         requested = Precondition(
             lambda scenario, _: value_at(scenario, "disturbances.prove"), "nothing is to be proved"
         )

@@ -1,9 +1,8 @@
 """Flights of sets of states in affine arithmetic: where each of them ends, proved for every state of a set.
 
 A set is a parallelogram about a state just before an impact, or about the shocks of a range of moments and sizes. The
-simulation says where the flight from its middle ends; that is believed of nothing. That every state of a set meets the
-same membrane, at a time that is enclosed to second order in the size of the set, and meets no membrane before, is
-proved, all roundings included.
+simulation of its middle is only a guess of where flights end. It is proved, all roundings included, that every state of
+a set meets the same membrane, at a time that is enclosed to second order in the size of the set, and none before.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ turn, and the distance from the membrane at which they are then thought to turn,
 
 
 class Sets(Struct, frozen=True, eq=False):
-    """Sets of states that begin flights, one for each of k.
+    """Sets of states that begin flights, k in all.
 
     Attributes
     ----------
@@ -58,10 +57,10 @@ class Sets(Struct, frozen=True, eq=False):
     after : Affine
         Relative velocity just after it [y_c], away from the membrane.
     offset : Affine
-        Distance from the membrane with which the flight begins: 0, but for a shock, which is as if the ball had left
-        with the velocity that it has then, from elsewhere.
+        Distance from the membrane at which the flight begins [x_c]: 0 but for a shock, after which the ball flies as if
+        it had left from elsewhere with another velocity.
     since : Affine
-        Time after the impact from which on the flight is followed: 0, or that of the shock.
+        Time after the impact from which on the flight is followed [t_c]: 0, or that of the shock.
     """
 
     wall: Ints
@@ -78,15 +77,17 @@ class Sets(Struct, frozen=True, eq=False):
 
 
 class ImpactSets(Struct, frozen=True, eq=False):
-    """Sets of states just before impacts, one for each of k.
+    """Sets of states just before impacts, k in all.
 
     Attributes
     ----------
     proved : ndarray of bool (k,)
-        Whether all states of the set before come there, with no impact in between; the others are undefined.
+        Whether all states of the set that began the flights come there, with no impact in between; else the other
+        fields are undefined.
     wall : ndarray of int (k,)
+        The membrane that is struck: 1 bottom, -1 top.
     time, velocity : Affine
-        [t_c], by the clock of the impact before; velocity just before [y_c].
+        Time by the clock of the impact before [t_c], and velocity just before the impact [y_c].
     duration : Affine
         Time since the impact before [t_c].
     """
@@ -120,7 +121,7 @@ def exact(value: Floats) -> Affine:
 
 
 def enclosed(groups: Groups[float]) -> Groups[Any]:
-    """Groups of affine numbers that enclose the exact ones, from those in doubles, which a dozen roundings made.
+    """Groups as affine numbers that enclose the exact ones, from doubles that a dozen roundings may have changed.
 
     The restitution is a number of the scenario, and so exact.
     """
@@ -138,7 +139,7 @@ def after_impact(groups: Groups[Any], impacts: ImpactSets, rows: Any) -> Sets:
     """Sets of states just after impacts, with which the next flights begin, for some rows of the impacts."""
     wall, count = impacts.wall[rows], len(impacts.wall[rows])
     time, velocity = merged(impacts.time[rows], impacts.velocity[rows])
-    # Whole periods are taken off: the rounding of pi times the time would grow with it.
+    # Whole periods are subtracted: the rounding of pi times the time would grow with the time.
     time = time - 2.0 * np.floor(time.centre / 2)
     return Sets(wall, time, velocity * -restitutions(groups, wall), exact(np.zeros(count)), exact(np.zeros(count)))
 
@@ -180,10 +181,10 @@ class _Flights(Struct, frozen=True, eq=False):
     Attributes
     ----------
     sets : Sets
-        With which they begin.
+        The states with which the flights begin.
     groups : Groups of Affine
     sine, cosine : Affine (k,)
-        Of the forcing phase at the impact with which they begin.
+        Of the forcing phase at the impact with which the flights begin.
     """
 
     sets: Sets
@@ -217,7 +218,7 @@ class _Flights(Struct, frozen=True, eq=False):
         return velocity * self.away
 
     def missed(self, t: Affine, cosine: Affine, far: Mask) -> Affine:
-        """Distance covered less that at which the membrane at the end is, the other one where `far`."""
+        """Distance covered less that of the membrane at the end, which is the other one where `far`."""
         target: Affine = self.groups.d * far.astype(float)
         return self.covered(t, cosine) - target
 
@@ -231,7 +232,7 @@ def next_impacts(groups: Groups[Any], sets: Sets, guesses: Floats) -> ImpactSets
         Of the device, see `enclosed`.
     sets : Sets
     guesses : ndarray (k, 3)
-        The membrane that the middle of each set meets, and how long after `since`, see `simulated`.
+        For the middle of each set the membrane that it meets, the time after `since`, the velocity, see `simulated`.
     """
     way, at = _ends(groups, sets, guesses)
     rows = np.flatnonzero(at.proved)
@@ -242,22 +243,22 @@ def next_impacts(groups: Groups[Any], sets: Sets, guesses: Floats) -> ImpactSets
 
 @np.errstate(all="ignore")
 def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[Ints, ImpactSets, ImpactSets]:
-    """Follow sets some of whose states touch a membrane and others do not: both kinds on their own.
+    """Follow sets of which some states touch a membrane and others do not: each kind separately.
 
     Parameters
     ----------
     groups : Groups of Affine
     sets : Sets
     guesses : ndarray (k, 3)
-        Of flights past the touch, as if it were none, see `simulated_past`.
+        Ends of the flights as if no membrane were touched, see `simulated_past`.
 
     Returns
     -------
     rows : ndarray of int
-        The sets of which that is proved.
+        The sets for which both kinds are proved to be enclosed.
     past, touching : ImpactSets
-        Of these: the next impacts of the states that do not touch, and the touches themselves, as early and late, as
-        slow and fast as they can be.
+        For these sets the next impacts of the states that do not touch, and the touches: all times and velocities that
+        they may have.
     """
     way, past = _ends(groups, sets, guesses)
     rows = np.flatnonzero(past.proved)
@@ -270,8 +271,8 @@ def impacts_past_a_touch(groups: Groups[Any], sets: Sets, guesses: Floats) -> tu
     flights, since = way[rows], sets.since[rows]
     passed = since + (past.duration[rows] - since) * between(touch.first, touch.last, TIME, SYMBOLS)
     speed = flights.speed(passed, flights.waves(passed)[0])
-    # A touch is an impact with a velocity between zero and the largest in that time: it need not be known better, as
-    # the ball leaves it as slowly.
+    # A touch is an impact with a velocity between zero and the largest in that time: a better bound is not needed, as
+    # the ball leaves as slowly.
     fastest = np.maximum(np.where(touch.far, speed.upper, -speed.lower), 0.0)
     wall = np.where(touch.far, -sets.wall[rows], sets.wall[rows])
     linear, size = np.zeros((SYMBOLS, len(rows))), fastest / 2
@@ -289,7 +290,7 @@ def _ends(groups: Groups[Any], sets: Sets, guesses: Floats) -> tuple[_Flights, I
     far = wall != sets.wall
     duration, ends = _duration(way, far, sets.since.centre + guesses[:, 1])
     ends &= guesses[:, 0] != 0
-    # The end must be crossed outwards by all states; a graze of some is not an end of the others.
+    # All states must cross the membrane outwards; where some graze it, the flights of the others do not end there.
     speed = _forgotten(way.speed(duration, way.waves(duration)[0]))
     ends &= np.where(far, speed.lower > 0, speed.upper < 0)
     return way, ImpactSets(ends, wall, sets.time + duration, speed * way.away, duration)
@@ -304,7 +305,7 @@ def _duration(way: _Flights, far: Mask, guess: Floats) -> tuple[Affine, Mask]:
     start = exact(np.nan_to_num(guess))
     sine, cosine = way.waves(start)
     distance, speed = way.missed(start, cosine, far), way.speed(start, sine).centre
-    # dt/dp = -(dy/dp)/y': the tube goes along with the set, and need only hold what bends.
+    # dt/dp = -(dy/dp)/y': the tube follows the set to first order, and need only hold the curvature.
     middle = Affine(start.centre - distance.centre / speed, -distance.linear / speed, np.zeros(len(guess)))
     missed = way.missed(middle, way.waves(middle)[1], far)
     size = (np.abs(missed.centre) + missed.reach) * (1 + AFFINE_ROUNDING)
@@ -314,7 +315,7 @@ def _duration(way: _Flights, far: Mask, guess: Floats) -> tuple[Affine, Mask]:
     tube = Affine(middle.centre, linear, middle.radius)
     speeds = way.speed(tube, way.waves(tube)[0])
     proved = size < width * np.where(far, speeds.lower, -speeds.upper)
-    # Where the flight is followed from within the tube on, the end is not before: the ball is between the membranes.
+    # Where the flight is followed from a time within the tube, its end is later: the ball is between the membranes.
     proved &= (middle - way.sets.since).lower + width > 0
     return _forgotten(middle - missed / speeds), proved
 
@@ -332,11 +333,11 @@ class _Touches(NamedTuple):
     Attributes
     ----------
     near, far : ndarray of bool
-        Whether it may be the membrane that was left, and the other one.
+        Whether the membrane that was left may be met, and the other one.
     beyond : ndarray of bool
-        Whether all of a set is beyond a membrane at some time.
+        Whether all states of a set are beyond a membrane at some time.
     first, last : ndarray
-        Between which shares of the flight.
+        Ends of the parts, as shares of the flight.
     """
 
     near: Mask
@@ -355,16 +356,16 @@ class _Touches(NamedTuple):
 def _touches(way: _Flights, far: Mask, duration: Affine) -> _Touches:
     """Find the parts of flights in which it is not ruled out that the ball meets a membrane before the end.
 
-    The flight is cut into parts, and those are halved that are open. Next to a membrane, where the distance is zero at
-    one end, the sign of the velocity settles it, or that of the acceleration: what is convex is above its tangent.
+    The flight is cut into parts, and open ones are halved. Next to a membrane, where the distance is zero at one end,
+    the sign of the velocity decides, or that of the acceleration: a convex function is above its tangent.
     """
     count, parts, since = len(far), 1, way.sets.since
     near, opposite, beyond = np.zeros((3, count), dtype=bool)
     touch = _Touches(near, opposite, beyond, np.full(count, np.inf), np.full(count, -np.inf))
-    # From a membrane the ball leaves with no velocity at least; a shock may have any.
+    # The ball never leaves a membrane with a velocity towards it; after a shock it may have any velocity.
     leaves = (since.reach == 0) | (way.speed(since, way.waves(since)[0]).lower > 0)
     row, place = np.arange(count), np.zeros(count, dtype=np.intp)
-    # The whole first: just before its end a shock leaves the ball next to the membrane that it is about to meet.
+    # First the whole flight: just before its end, a shock leaves the ball next to the membrane that it is to meet.
     for into in (PARTS, *(2,) * HALVINGS, 0):
         part, since = way[row], way.sets.since[row]
         time = since + (duration[row] - since) * between(place / parts, (place + 1) / parts, TIME, SYMBOLS)
@@ -391,7 +392,7 @@ def _touches(way: _Flights, far: Mask, duration: Affine) -> _Touches:
 
 
 def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
-    """Where flights end by the simulation: membrane, 0 for none, time until then, and velocity before, (k, 3).
+    """Ends of flights by the simulation, (k, 3): membrane, 0 for none; flight time [t_c]; velocity before [y_c].
 
     Parameters
     ----------
@@ -407,7 +408,7 @@ def simulated(groups: Groups[float], rows: Floats, compiled: bool) -> Floats:
 
 
 def simulated_past(groups: Groups[float], sets: Sets, guesses: Floats, compiled: bool) -> Floats:
-    """Simulated next impacts, of middles that strike a membrane slowly those after it, as if they had just missed it.
+    """Simulated next impacts as if middles that strike a membrane slowly had just missed it.
 
     Parameters and result are as of `simulated`; `guesses` are its result.
     """

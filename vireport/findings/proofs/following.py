@@ -43,7 +43,7 @@ MOST_BRANCHES = 4
 
 
 class Goal(Struct, frozen=True, eq=False):
-    """What states of a device are proved to come to: the region about one of its motions.
+    """The region about a motion of a device that states are to be proved to come to.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Goal(Struct, frozen=True, eq=False):
     trap : Trap
         The region.
     rests : collection of int
-        The membranes, 1 bottom and -1 top, from which a ball that they release is proved to come into the region.
+        The membranes, 1 bottom and -1 top, from which a released ball is proved to come into the region.
     compiled : bool
-        Whether to compile the simulation, which says where to look, where numba is there.
+        Whether to compile the simulation, which gives guesses, if numba is installed.
     """
 
     groups: Groups[float]
@@ -64,7 +64,7 @@ class Goal(Struct, frozen=True, eq=False):
 
 
 def patience(trap: Trap) -> int:
-    """Impacts that sets are followed for at most: until the slowest deviation has faded to the size of a region."""
+    """Most impacts for which sets are followed: until the slowest deviation has decayed to the size of a region."""
     fading = log(max(trap.radius, 1e-12)) / log(trap.slowest) if trap.slowest > 0 else 0.0
     return min(LAPS + ceil(2 * fading), MOST_LAPS) * len(trap.motion.word)
 
@@ -75,20 +75,20 @@ def flown(goal: Goal, sets: Sets, guesses: Floats | None = None) -> tuple[Impact
     Parameters
     ----------
     goal : Goal
-        Of whose device they are.
+        With the device.
     sets : Sets
-        That begin k flights.
+        States that begin k flights.
     guesses : ndarray (k, 3), optional
-        Where the flights of their middles end, see `next_impacts`; simulated by default, of sets that begin at impacts.
+        Ends of the flights of the middles, see `next_impacts`; simulated by default, which needs sets at impacts.
 
     Returns
     -------
     impacts : ImpactSets
-        All of them proved; of a set some of whose states touch a membrane, those of both kinds.
+        All of them proved; for a set of which only some states touch a membrane, those of both kinds.
     parent : ndarray of int
-        The sets that they are of.
+        Index of the set from which each of the impacts comes.
     lost : ndarray of int
-        Sets that are not proved to end anywhere.
+        Indices of sets whose flights are not proved to end anywhere.
     """
     groups, exactly, count = goal.groups, enclosed(goal.groups), len(sets)
     if guesses is None:
@@ -98,7 +98,7 @@ def flown(goal: Goal, sets: Sets, guesses: Floats | None = None) -> tuple[Impact
     if not failing.size:
         return impacts, np.arange(count), failing
     guesses = simulated_past(groups, sets[failing], guesses[failing], goal.compiled)
-    # What fails may be a graze: some states touch the membrane, others pass it, and both go on as sets of their own.
+    # A failing set may graze: some states touch the membrane, others pass it, and both kinds go on as separate sets.
     touch, past, touching = impacts_past_a_touch(exactly, sets[failing], guesses)
     ends, both = np.flatnonzero(impacts.proved), failing[touch]
     return joined([impacts[ends], past, touching]), np.concatenate([ends, both, both]), np.delete(failing, touch)
@@ -108,22 +108,22 @@ def flown(goal: Goal, sets: Sets, guesses: Floats | None = None) -> tuple[Impact
 def come_in(goal: Goal, sets: Sets, guesses: Floats | None, most: int) -> tuple[Mask, Ints, int]:
     """Which sets surely come into a region, along which coordinate to halve the others, and the flights followed.
 
-    Once a part of a set is lost, all of it is spared; `follow_cells` keeps the returns of cells that do not arrive.
+    Once a part of a set is lost, the rest is not followed; `follow_cells` keeps returns of cells that do not arrive.
 
     Parameters
     ----------
     goal : Goal
-        With the region; rests do not count.
+        With the region; balls that come to rest are not followed.
     sets : Sets
-        That begin k flights.
+        States that begin k flights.
     guesses : ndarray (k, 3) or None
         As of `flown`.
     most : int
-        Impacts after which sets that are not in it are given up.
+        Impacts after which sets that are not in the region are given up.
     """
     exactly, flights = enclosed(goal.groups), 0
     lost, halved = np.zeros(len(sets), dtype=bool), longer(sets.time, sets.after)
-    # Number k of `rows` is the set that set k in flight is a part of: several where states touch that others miss.
+    # Set k in flight is a part of set `rows[k]`, which has several parts where states touch a membrane others miss.
     rows = np.arange(len(sets))
     for _ in range(most):
         flights += len(rows)
@@ -132,7 +132,7 @@ def come_in(goal: Goal, sets: Sets, guesses: Floats | None, most: int) -> tuple[
         rows, guesses = rows[parent], None
         halved[rows] = longer(impacts.time, impacts.velocity)
         lost[rows[~is_small(impacts)]] = True
-        # A set is proved by all its parts: once one is lost, the others are spared.
+        # A set is proved only by all its parts: once one is lost, the others are not followed.
         outside = ~goal.trap.holds(impacts.wall, impacts.time, impacts.velocity)
         goes_on = np.flatnonzero(outside & ~lost[rows])
         rows = rows[goes_on]
@@ -144,11 +144,11 @@ def come_in(goal: Goal, sets: Sets, guesses: Floats | None, most: int) -> tuple[
 
 
 def is_small(impacts: ImpactSets) -> Mask:
-    """Which sets are small enough to be followed any further."""
+    """Which sets are small enough to be followed further."""
     return np.asarray((impacts.time.reach < LARGEST) & (impacts.velocity.reach < LARGEST))
 
 
 def longer(time: Affine, velocity: Affine) -> Ints:
-    """The coordinate, `FIRST` or `SECOND`, of the cell along which a set that came of it is longer: to be halved."""
+    """The coordinate of a cell, `FIRST` or `SECOND`, along which its image is longer, and it should be halved."""
     size = np.hypot(time.linear, velocity.linear)
     return np.where(size[SECOND] > size[FIRST], SECOND, FIRST)

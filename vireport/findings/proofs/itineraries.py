@@ -3,9 +3,9 @@
 Some states of a cell may touch a membrane that others miss. From such a touch on the cell has two itineraries, so that
 a cell has as many as there are ways for its states to go.
 
-Hops may surely end in rest: infinitely many ever lower ones, and the ride. Each hop is bounded by the least and the
-largest of the acceleration that presses the ball onto the membrane, so that all of them together end before that
-vanishes. Then the ball lies there until its release, which is one state.
+Infinitely many ever lower hops may be proved to end in rest (chatter). Each hop is bounded by the least and the largest
+acceleration that presses the ball onto the membrane. Where all hops together end before this acceleration vanishes, the
+ball rests until its release, which happens in one state.
 """
 
 from __future__ import annotations
@@ -87,18 +87,18 @@ class Itineraries(Struct, frozen=True, eq=False):
         return Itineraries(*map(np.concatenate, columns))
 
     def of_cells_from(self, first: int) -> Itineraries:
-        """The itineraries where cells are numbered from another number on than 0."""
+        """The itineraries with cells numbered from `first` on instead of from 0."""
         return replace(self, cell=self.cell + first)
 
     def with_arrivals(self, rows: Ints) -> Itineraries:
-        """The itineraries where some have arrived."""
+        """The itineraries with some marked as arrived."""
         arrives = self.arrives.copy()
         arrives[rows] = True
         return replace(self, arrives=arrives)
 
     def with_returns(self, rows: Ints, impacts: ImpactSets) -> Itineraries:
-        """The itineraries where some, each once, have one more return: sets of impacts on the bottom membrane."""
-        # One box each: advanced indexing would count a row that stands twice only once.
+        """The itineraries with one more return for some, each named once: sets of impacts on the bottom membrane."""
+        # Advanced indexing would count a row that is named twice only once.
         returns, box = self.returns.copy(), self.box.copy()
         time, velocity = impacts.time, impacts.velocity
         box[rows, returns[rows]] = np.stack([time.lower, time.upper, velocity.lower, velocity.upper], axis=1)
@@ -130,8 +130,8 @@ class _Fronts(Struct, frozen=True, eq=False):
 def follow_cells(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
     """Follow cells of impacts on the bottom membrane until they arrive, or are given up.
 
-    What is given up stays as it is, and proves nothing: an enclosure that is too large or not near the region after
-    `RETURNS` returns, and a set that is not proved to end its flight anywhere.
+    Given up are enclosures that are too large or not near the region after `RETURNS` returns, and sets whose flights
+    are not proved to end anywhere; their itineraries stay as they are, and prove nothing.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def follow_cells(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
     Returns
     -------
     itineraries : Itineraries
-        First that of each cell in their order, then those that part from them at touches.
+        First one for each cell in order, then those that branch off at touches.
     halved : ndarray of int (cells,)
         The coordinate along which each cell should be halved, if it has to be.
     flights : int
@@ -153,7 +153,7 @@ def follow_cells(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
     itineraries, halved = Itineraries.begun(count), longer(time, velocity)
     struck = ImpactSets(np.ones(count, dtype=bool), np.full(count, BOTTOM), time, velocity, time)
     fronts = _Fronts(np.arange(count), struck)
-    # By turns: look who has arrived, and let the others fly.
+    # In turn, arrivals are marked and all others are followed for one flight.
     for _ in range(patience(goal.trap)):
         itineraries, departing, sets = _departing(goal, itineraries, fronts)
         if not departing.size:
@@ -166,7 +166,7 @@ def follow_cells(goal: Goal, cells: Cells) -> tuple[Itineraries, Ints, int]:
 
 
 def _departing(goal: Goal, itineraries: Itineraries, fronts: _Fronts) -> tuple[Itineraries, Ints, Sets]:
-    """Itineraries with the arrivals among their fronts, those of them that go on, and the flights that begin there."""
+    """Itineraries with arrivals marked, the numbers of those that go on, and the sets that begin their flights."""
     trap, exactly, impacts = goal.trap, enclosed(goal.groups), fronts.impacts
     inside = trap.holds(impacts.wall, impacts.time, impacts.velocity)
     itineraries = itineraries.with_arrivals(fronts.itinerary[inside])
@@ -175,7 +175,7 @@ def _departing(goal: Goal, itineraries: Itineraries, fronts: _Fronts) -> tuple[I
     near = (impacts.wall != BOTTOM) | (deviation < NEAR * trap.radius)
     goes_on = np.flatnonzero(~inside & ((itineraries.returns[fronts.itinerary] < RETURNS) | near))
     itinerary, sets = fronts.itinerary[goes_on], after_impact(exactly, impacts, goes_on)
-    # A ball that rests is released in one state, whatever it came from: its future is known, by membrane.
+    # A resting ball is released in one state of each membrane, wherever it came from: its future is known.
     resting = settles(exactly, sets)
     itineraries = itineraries.with_arrivals(itinerary[resting & np.isin(sets.wall, list(goal.rests))])
     moving = np.flatnonzero(~resting)
@@ -183,7 +183,7 @@ def _departing(goal: Goal, itineraries: Itineraries, fronts: _Fronts) -> tuple[I
 
 
 def _landed(goal: Goal, itineraries: Itineraries, departing: Ints, sets: Sets) -> tuple[Itineraries, _Fronts]:
-    """Itineraries and their fronts after one flight each; those of sets that are not proved to land end."""
+    """Itineraries and their fronts after one flight each; where a set is not proved to land, its itinerary ends."""
     impacts, parent, _ = flown(goal, sets)
     itinerary = departing[parent]
     # A set lands twice if some of its states touch a membrane that others miss: the latter part from the former.
@@ -213,14 +213,14 @@ def settles(groups: Groups[Any], sets: Sets) -> Mask:
     groups : Groups of Affine
         Of the device, see `enclosed`.
     sets : Sets
-        Those that begin elsewhere than at an impact do not.
+        A set that does not begin at an impact is never said to settle.
 
     Notes
     -----
     Let A be the pressing acceleration, y the distance and v the velocity after an impact. While A rises y'^2/(2 A) + y
     does not grow, and while it falls y'^2/2 + A y does not. So while A > 0 no velocity at the membrane exceeds k v,
     with k^2 the largest A over that at the beginning, if A has one maximum, as that of a sine has. A hop that leaves
-    with u takes 2 u/min A at most, and the next one leaves with r times as much: all take 2 k v/[(1 - r) min A], and
+    with u takes 2 u/min A at most, and the bound of u falls by r from hop to hop: all take 2 k v/[(1 - r) min A], and
     none is higher than (k v)^2/(2 min A). Where that time is over before A vanishes, the ball rests by then.
     """
     # After a shock the ball is off the membrane: only sets that begin at an impact are judged.
@@ -230,7 +230,7 @@ def settles(groups: Groups[Any], sets: Sets) -> Mask:
     side, lower, upper = sets.wall[:, None], float(groups.gbar.lower[0]), float(groups.gbar.upper[0])
     pull = np.where(side > 0, lower, -upper), np.where(side > 0, upper, -lower)
     at_first, at_last = side * np.cos(pi * first), side * np.cos(pi * last)
-    # The force presses most at multiples of the period, for the top half of it later; least half a period after that.
+    # The force presses most at multiples of the period, on the top half a period later; least another half later.
     crest = np.where(side > 0, 0.0, 1.0)
     crests = np.floor((last - crest) / 2) >= np.ceil((first - crest) / 2)
     troughs = np.floor((last - crest - 1) / 2) >= np.ceil((first - crest - 1) / 2)

@@ -1,4 +1,4 @@
-"""Proofs about the stable motions at a design point: what comes to them, from rest or not, and which shocks die out."""
+"""Proofs about the stable motions at a design point: what comes to them, also from rest, and which shocks die out."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ DIGITS = 4
 
 
 class Unproved(StrEnum):
-    """Reasons for which no proof is tried."""
+    """Reasons why no proof is tried."""
 
     NO_MOTION = "no 1:1 motion is stable"
     NO_GRAVITY = "gravity along the capsule was neglected, so that the device computed is not the scenario's"
@@ -66,9 +66,9 @@ class Arrival(Struct, frozen=True, eq=False):
     Attributes
     ----------
     trap : Trap or None
-        The region that it comes into; None where that is not proved.
+        The region that the ball comes into; None where that is not proved.
     impacts : int
-        Until then.
+        Number of impacts until then.
     bits : int
         Precision of the arithmetic.
     reason : str
@@ -87,7 +87,7 @@ class Arrival(Struct, frozen=True, eq=False):
 
     @property
     def name(self) -> str:
-        """The motion that it comes to: in words, "" where nothing is proved."""
+        """Name of the motion that the ball comes to; "" where nothing is proved."""
         return "" if self.trap is None else self.trap.motion.word.name
 
 
@@ -100,11 +100,11 @@ class Proved(Struct, frozen=True, eq=False):
         y_c [m/s].
     arrival : Arrival
     sections : tuple of Section
-        What comes to each stable motion that has a region, and to another that the ball comes to from rest.
+        The impacts that come to each stable motion with a region, and to another motion that is reached from rest.
     shocks : tuple of Survived
-        To each stable motion; () where nothing is proved of them.
+        The shocks that each stable motion survives; () where nothing is proved of them.
     unproved : str
-        Why not, or "".
+        Why nothing is proved of shocks, or "".
     """
 
     velocity_unit: float
@@ -117,7 +117,7 @@ class Proved(Struct, frozen=True, eq=False):
 
     @property
     def jump_m_s(self) -> float | None:
-        """A jump of the relative velocity up to which every one dies out [m/s], rounded down; None where none is."""
+        """Size up to which every jump of the relative velocity dies out [m/s], rounded down; None without a proof."""
         least = min((shocks.jump for shocks in self.shocks), default=0.0)
         return rounded_down(least * self.velocity_unit) if least > 0 else None
 
@@ -145,9 +145,9 @@ def proved_of(
     ----------
     solution : Solution
     switched_on : SwitchedOn
-        With what the ball from rest comes to.
+        Tells what the ball comes to from rest.
     withstood : Withstood or None
-        With the least shock that leads out: no bound can exceed it.
+        Has the least shock that leads out: no bound can exceed it.
     compiled : bool
         Whether to compile the simulation, which says where to look, where numba is there.
     progress : callable, optional
@@ -184,7 +184,7 @@ def _sections(
     device: Device, groups: Groups[float], traps: Sequence[Trap | None], compiled: bool
 ) -> tuple[Section, ...]:
     """The shares of the section that are proved to come into each of some regions."""
-    # The motion that the ball from rest comes to may be one of the stable ones: once.
+    # The motion that is reached from rest may be one of the stable ones: its region counts once.
     regions = list(dict.fromkeys(trap for trap in traps if trap is not None))
     fastest = max((float(np.abs(trap.motion.velocity).max()) for trap in regions), default=0.0)
     # All sections reach as far as random starts do, so that shares can be compared with what is simulated.
@@ -196,7 +196,7 @@ def _sections(
 
 
 def _released_into(device: Device, groups: Groups[float], trap: Trap, compiled: bool) -> set[int]:
-    """The membranes from which a ball that they release is proved to come into a region."""
+    """The membranes, 1 bottom and -1 top, from which a released ball is proved to come into a region."""
     if groups.gbar >= 1:
         return set()
     pressed = np.array([[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, np.pi]])
@@ -212,9 +212,9 @@ def _released_into(device: Device, groups: Groups[float], trap: Trap, compiled: 
 def _farthest(
     groups: Groups[float], motions: list[Motion], companions: list[Motion], least: LeastShock | None, compiled: bool
 ) -> float:
-    """A size of shocks about up to which a bound is possible [y_c], so that no effort goes into larger ones.
+    """Size of shocks up to which a bound may be possible [y_c], so that no effort goes into larger ones.
 
-    A shock on the stable manifold of an unstable motion leads to that, even where those on both sides of it return.
+    A shock onto the stable manifold of an unstable motion leads there, even where shocks on both sides of it return.
     """
     if least is not None and least.jump is not None:
         return least.jump
@@ -232,7 +232,7 @@ def _farthest(
 
 
 def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
-    """Why nothing is proved of a device, whatever its motions; None of others."""
+    """Why nothing can be proved of a device, whatever its motions; None where proofs may succeed."""
     if groups.gbar == 0 and device.inclination_deg != 0:
         return Unproved.NO_GRAVITY
     if any(groups.restitution_at(wall) == 0 for wall in (1, -1)):
@@ -243,12 +243,12 @@ def _refused(device: Device, groups: Groups[float]) -> Unproved | None:
 def _arrival(
     device: Device, groups: Groups[float], end: FromRest | Unproved | None, traps: list[Trap], compiled: bool
 ) -> Arrival:
-    """Prove that the ball from rest comes to the motion that it does in the simulation, or say why not."""
+    """Prove that the ball from rest comes to the motion that it reaches in the simulation, or say why not."""
     if end is None or isinstance(end, Unproved):
         return Arrival(reason=end or Unproved.NOT_PERIODIC)
     if (refused := REFUSED.get(end.destination)) is not None:
         return Arrival(reason=refused)
-    # A motion of another word has no region yet: its own one is sought.
+    # For a motion of another word there is no region yet: it is sought here.
     if end.destination is Destination.OTHER_MOTION:
         traps = [trap for trap in [_other(groups, end, compiled)] if trap is not None]
     if not traps:
@@ -268,12 +268,12 @@ def _release(device: Device, traps: list[Trap], wall: int = BOTTOM) -> Arrival:
 
 
 def _other(groups: Groups[float], end: FromRest, compiled: bool) -> Trap | None:
-    """A trapping region about the motion of another word that the ball from rest comes to; None without one."""
+    """A trapping region about the motion of another word that is reached from rest; None where none is proved."""
     return None if end.cycle is None else trap_of(groups, end.cycle.motion(groups.d), compiled)
 
 
 class ProvedRegion(Struct, frozen=True, eq=False):
-    """A claimed trapping region: the motion that it is about, its metric and its radius, see `Trap`."""
+    """A claimed trapping region: its motion, metric and radius, see `Trap`."""
 
     motion: Motion
     metric: NDArray[np.float64]
@@ -342,7 +342,7 @@ def prove_again(
         """The region, proved once more."""
         return proved_trap(groups, region.motion, region.metric, region.radius, compiled=False)
 
-    # What is not proved again counts as nothing.
+    # A claim that is not proved again counts as no claim.
     start = None if from_rest is None else again(from_rest)
     from_rest_proved = start is not None and _release(device, [start]).proved
     bounds = []

@@ -48,9 +48,9 @@ def reaches(
     Returns
     -------
     trap : Trap
-        The first region that it enters.
+        The first region that the ball enters.
     impacts : int
-        Until then.
+        Number of impacts until then.
     bits : int
         Precision with which that is proved.
 
@@ -69,7 +69,7 @@ def reaches(
 
 
 def _followed(device: Device, traps: Sequence[Trap], wall: int) -> tuple[Trap, int]:
-    """The first region that the released ball enters, and impacts until then, in the precision that is set.
+    """The first region that the released ball enters, and impacts until then, in the current precision.
 
     Raises
     ------
@@ -77,11 +77,11 @@ def _followed(device: Device, traps: Sequence[Trap], wall: int) -> tuple[Trap, i
     """
     ops, at = BallOps(), (Parameter.LENGTH, device.length_m)
     groups, doubles = device.groups(*at, ops), device.groups(*at).as_floats()
-    # Regions are proved for groups within a rounding of the doubles: those in balls must be such.
+    # Regions are proved for groups within a rounding of the doubles: the balls must be within it.
     for exactly, double in zip(groups.numbers, doubles.numbers, strict=True):
         if not abs(exactly - ball(double)) <= ball(AFFINE_ROUNDING) * abs(double):
             raise UnprovedError("rounding has moved the device by more than its regions allow for")
-    # Released at rest, in one state that is known exactly: no set is followed, but a point with a tiny ball.
+    # The ball is released at rest, in one exactly known state: no set is followed, only a point with a tiny error.
     # The pressing acceleration vanishes as the force falls at the bottom, and as it rises at the top.
     time, after = wall * (-groups.gbar).acos() / ops.pi, 0 * groups.gbar
     for impacts in range(1, MOST_IMPACTS + 1):

@@ -1,4 +1,4 @@
-"""Proofs about disturbances as records of results.json, and checked once more from these alone."""
+"""Proofs about disturbances as records of results.json, and their verification from these records alone."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def proof_data(proved: Proved) -> ProofData:
     """Records of proofs, as much as it takes to check them: regions, and cells of shocks and of the section."""
     arrival, sections = proved.arrival, proved.sections
     claimed = (*(shocks.trap for shocks in proved.shocks), *(section.trap for section in sections), arrival.trap)
-    # Several proofs are about one region: it is written once, and named by its number.
+    # Several proofs may share a region: it is written once, and referred to by its number.
     regions = list(dict.fromkeys(trap for trap in claimed if trap is not None))
     return ProofData(
         regions=[_region(trap) for trap in regions],

@@ -1,4 +1,4 @@
-"""Lower bounds of what provably comes to a motion: of all impacts on the bottom membrane, of moments of switching on.
+"""Lower bounds of the shares of impacts on the bottom membrane, and of moments of switching on, that reach a motion.
 
 The Poincaré section, time within the forcing period by velocity just before the impact, is cut into cells, which are
 followed for a few impacts (`itineraries`). A cell is proved once all its impacts come into the motion's region of
@@ -62,9 +62,9 @@ class Section(Struct, frozen=True, eq=False):
         For each cell, generation by generation, the coordinate along which it was halved, 0 the time and 1 the
         velocity, or `PROVED` or `OPEN`.
     moments : ndarray of int
-        The same of cells of moments at which the force sets in.
+        The same for cells of moments at which the force sets in.
     share : float
-        Of the section, uniform in phase and velocity, that is proved.
+        Share of the section, uniform in phase and velocity, that is proved.
     switch_on : float
         Share of the moments at which the force may set in that is proved.
     """
@@ -109,7 +109,7 @@ class _Covered:
     scale : ndarray (2, 1)
         Nodes of the grid per unit of time and of velocity.
     sums : ndarray of int (2 FINEST + 1, FINEST + 1)
-        Squares of the grid before a time and below a velocity that are proved, over two periods.
+        Numbers of proved squares of the grid before a time and below a velocity, over two periods.
     """
 
     def __init__(self, cells: Cells, fastest: float) -> None:
@@ -126,12 +126,12 @@ class _Covered:
 
     def holds(self, box: Floats) -> Mask:
         """Which boxes of impacts (n, 4) are surely covered by proved cells."""
-        # An enclosure longer than half a period says nothing of the phase.
+        # An enclosure longer than half a period does not determine the phase.
         defined = np.isfinite(box).all(axis=1) & (box[:, 1] - box[:, 0] < PERIOD / 2)
         box = np.where(defined[:, None], box, 0.0)
         low, high = box[:, ::2].T - WIDENED, box[:, 1::2].T + WIDENED
         whole = PERIOD * np.floor(low[0] / PERIOD)
-        # Into the first of two periods: what lasts over its end is in the second one.
+        # Boxes begin in the first of two periods: what extends beyond its end is in the second one.
         low[0], high[0] = low[0] - whole, high[0] - whole
         (a, c), (b, d) = (f(x * self.scale).astype(np.intp) for f, x in ((np.floor, low), (np.ceil, high)))
         # An enclosure may reach beyond 0; no impact on the bottom has such a velocity.
@@ -152,11 +152,11 @@ def _spread(cells: Cells, rows: Mask, itineraries: Itineraries, fastest: float, 
     rows : ndarray of bool
         The cells that may be proved; the others have been halved.
     known : Itineraries
-        Of all cells.
+        Itineraries of all cells.
     fastest : float
         Velocity up to which the section reaches [y_c].
     rounds : int, optional
-        How often it is tried; until nothing more is proved by default.
+        How often the proved part is extended; by default until nothing more is proved.
     """
     itineraries = itineraries[rows[itineraries.cell]]
     proved, before = np.zeros(len(cells), dtype=bool), -1
@@ -195,7 +195,7 @@ def proved_section(goal: Goal, fastest: float) -> Section:
     """
     halving, used, first = Halving(_first_cells(fastest)), 0, 0
     itineraries, longer_sides = Itineraries.begun(0), np.zeros(0, np.intp)
-    # What is proved spreads from the region through cells that return to proved ones; the largest that are left are
+    # The proved part spreads from the region through cells that return to proved ones; the largest of the others are
     # halved, until all are as fine as the grid or the effort is used up.
     while True:
         of_new, longest, flights = _follow_cells(goal, halving.cells[first:])
@@ -274,7 +274,7 @@ def section_again(goal: Goal, fastest: float, halved: Ints, moments: Ints) -> tu
         If there are not as many cells as it takes.
     """
     cells = joined_cells([cells[code == PROVED] for cells, code in generations(_first_cells(fastest), halved)])
-    # Nothing is halved again: of the cells that are claimed, those count that are proved from one another.
+    # Nothing is halved again: of the claimed cells, those count that can be proved from one another.
     if len(cells):
         itineraries, _, _ = _follow_cells(goal, cells)
         cells = cells[_spread(cells, np.ones(len(cells), dtype=bool), itineraries, fastest)]

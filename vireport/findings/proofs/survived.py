@@ -1,4 +1,4 @@
-"""A lower bound of the shocks that a stable motion survives: up to it every one, at any moment, is proved to die out.
+"""A lower bound of the shocks that a stable motion survives: every smaller shock, at any moment, is proved to die out.
 
 The plane of shocks, moment within a flight by size of the jump, is cut into cells. A cell is proved once all its shocks
 are in the motion's region of attraction; others are halved, those of the smallest jumps first.
@@ -52,7 +52,7 @@ class Survived(Struct, frozen=True, eq=False):
     Attributes
     ----------
     trap : Trap
-        The region that they come into.
+        The region that the motions after the shocks come into.
     largest : float
         Size up to which cells reach [y_c].
     halved : ndarray of int
@@ -76,7 +76,7 @@ class Survived(Struct, frozen=True, eq=False):
 def _first_cells(impacts: int, largest: float) -> Cells:
     """Cells of moment and jump that cover all shocks up to a size [y_c] after each impact, the smallest jumps first."""
     share, size = np.arange(MOMENTS + 1) / MOMENTS, largest * np.array(SIZES)
-    # Both signs of the jump, and none of size zero in the middle of a cell: the bound is the least unproved size.
+    # Both signs of the jump, without size zero in the middle of a cell: the bound is the least unproved size.
     rows = [
         (share[m], share[m + 1], *((size[k], size[k + 1]) if sign > 0 else (-size[k + 1], -size[k])), impact)
         for k in range(len(SIZES) - 1)
@@ -103,7 +103,7 @@ class MotionFlights:
     def __init__(self, goal: Goal) -> None:
         self.goal, trap = goal, goal.trap
         exactly, motion = enclosed(goal.groups), trap.motion
-        # The motion is not quite in the middle of its region: an ellipse about that in the metric holds it.
+        # The motion is not quite in the middle of its region: a disk about the middle, in the metric, contains it.
         inaccuracy = np.linalg.norm(np.linalg.inv(trap.metric), axis=1) * trap.off * (1 + 1e-9)
         time, velocity = (
             Affine(np.array([float(x)]), np.zeros((SYMBOLS, 1)), np.array([radius]))
@@ -124,7 +124,7 @@ class MotionFlights:
         Parameters
         ----------
         cells : Cells
-            Of the moment, as a share of the flight after the cell's impact, and the jump of the velocity [y_c].
+            In the moment, as a share of the flight after the cell's impact, and the jump of the velocity [y_c].
 
         Returns
         -------
@@ -139,7 +139,7 @@ class MotionFlights:
         for impact in np.unique(cells.impact).tolist():
             rows = np.flatnonzero(cells.impact == impact)
             after_impact = cells[rows]
-            # The simulation of the middle of each cell says where to look, and nothing that is believed.
+            # The simulation of the middle of each cell is only a guess of where to look.
             middle = (after_impact.low + after_impact.high) / 2
             delay = middle[0] * self.durations[impact].centre[0]
             start = shocked(goal.groups, goal.trap.motion, impact, delay, middle[1])
@@ -167,12 +167,12 @@ def survived(goal: Goal, largest: float) -> Survived:
     goal : Goal
         The region about the motion that is knocked.
     largest : float
-        Size that the bound cannot exceed, or need not [y_c].
+        Size up to which the bound is sought [y_c].
     """
     period, trap = MotionFlights(goal), goal.trap
     halving, used, bound = Halving(_first_cells(len(trap.motion.word), largest)), 0, largest
     pending = np.arange(len(halving.cells))
-    # The bound is raised from below: of what is left, the smallest jumps come first, as one that fails ends the proof.
+    # The bound is raised from below: the smallest jumps come first, as one that fails ends the proof.
     while pending.size and used < MOST_FLIGHTS:
         smallest = halving.cells.smallest[pending]
         order = np.argsort(smallest, kind="stable")
@@ -188,7 +188,7 @@ def survived(goal: Goal, largest: float) -> Survived:
         width = (cells.high - cells.low) / [[1.0], [largest]]
         fine = ~proved & (width[halved, np.arange(len(now))] <= FINEST)
         bound = min(bound, cells.smallest[fine].min(initial=bound))
-        # Halves are looked at in their turn, by size: those of large jumps may never be.
+        # Halves wait for their turn, by size: those of large jumps may never be examined.
         split = np.flatnonzero(~proved & ~fine)
         pending = np.concatenate([pending, halving.halve(now[split], halved[split])])
     return Survived(trap, largest, halving.codes, _bound(halving.cells[halving.code == OPEN], largest))

@@ -1,8 +1,8 @@
-"""A region around a stable motion that the return map contracts: proved, so that all that is in it comes to the motion.
+"""A region around a stable motion that the return map provably contracts, so that all states in it come to the motion.
 
-In a suitable metric the return map of one impact has everywhere in an ellipse a derivative of norm below 1, and takes
-the middle of it so near to itself that the ellipse is mapped into itself. By Banach's theorem it holds exactly one
-periodic motion, to which all comes that ever is in it.
+In a suitable metric the derivative of the return map to one impact has a norm below 1 everywhere in an ellipse, and the
+middle of the ellipse is mapped so near to itself that the ellipse is mapped into itself. By Banach's theorem it holds
+exactly one periodic motion, to which all states come that are ever in it.
 """
 
 from __future__ import annotations
@@ -51,16 +51,16 @@ class Trap(Struct, frozen=True, eq=False):
     Attributes
     ----------
     motion : Motion
-        Whose first impact it is about.
+        The region is about its first impact.
     metric : ndarray (2, 2)
-        M, upper triangular: the region is ``|M x| <= radius``, x being the deviations of time and velocity before.
+        M, upper triangular: the region is ``|M x| <= radius``, x deviations of time [t_c] and velocity before [y_c].
     radius : float
     contraction : float
         Bound, below 1, of the norm of M DP M^-1 in it.
     off : float
         Bound of the distance of the periodic motion from the middle, in the metric.
     slowest : float
-        Largest modulus of the motion's multipliers, in doubles: for how long sets are followed.
+        Largest modulus of the motion's multipliers, not proved; it tells for how long sets are to be followed.
     """
 
     motion: Motion
@@ -77,7 +77,7 @@ class Trap(Struct, frozen=True, eq=False):
 
     def deviations(self, time: Affine, velocity: Affine) -> tuple[Affine, Affine]:
         """Deviations of time [t_c], up to whole forcing periods, and velocity [y_c] from the motion's impact."""
-        # The force has the period 2: states that differ by whole periods are one.
+        # The force has the period 2 t_c: states that differ by whole periods are the same.
         whole = 2.0 * np.round((time.centre - self.motion.time[0]) / 2)
         return time - whole - float(self.motion.time[0]), velocity - float(self.motion.velocity[0])
 
@@ -105,7 +105,7 @@ def trap_of(groups: Groups[float], motion: Motion, compiled: bool) -> Trap | Non
         return None
     metric = np.asarray(np.linalg.cholesky(stationary(2 * lap.T / (1 + slowest), np.eye(2))).T, dtype=float)
     radius = WIDEST / float(np.linalg.norm(np.linalg.inv(metric), axis=1).max())
-    # Near the motion the map is linear and the metric exact: what fails is that the ellipse is too large.
+    # Near the motion the map is nearly linear: where a proof fails, the ellipse is too large.
     for _ in range(SHRUNK):
         trap = proved_trap(groups, motion, metric, radius, compiled)
         if trap is not None:
@@ -140,7 +140,7 @@ def proved_trap(groups: Groups[float], motion: Motion, metric: Floats, radius: f
     edge = np.linspace(-1.0, 1.0, TILES + 1)
     middle, half = (edge[1:] + edge[:-1]) / 2, radius / TILES
     first, second = (grid.ravel() * radius for grid in np.meshgrid(middle, middle))
-    # Of the square only tiles that the ellipse, a disk in the metric, reaches into.
+    # Only those tiles of the square that the ellipse, a disk in the metric, reaches into.
     nearest = np.hypot(np.maximum(np.abs(first) - half, 0), np.maximum(np.abs(second) - half, 0))
     first, second = (coordinate[nearest <= radius] for coordinate in (first, second))
     # Slightly larger, so that roundings leave no gap between tiles.
@@ -169,7 +169,7 @@ def _tiles(motion: Motion, inverse: Floats, first: Floats, second: Floats, half:
 
 def _missed(groups: Groups[float], motion: Motion, metric: Floats, compiled: bool) -> float | None:
     """Bound of the distance, in the metric, from a motion's first impact to its image; None where it is not proved."""
-    # The motion in doubles is not quite periodic, and need not be: that it nearly is, is all that the proof uses.
+    # The motion in doubles is not quite periodic, and need not be: the proof uses only that it nearly is.
     trap = Trap(motion, metric, 0.0, 0.0, 0.0, 0.0)
     time, velocity = (exact(np.array([float(value)])) for value in (motion.time[0], motion.velocity[0]))
     for _, impacts in around(groups, motion, time, velocity, compiled):

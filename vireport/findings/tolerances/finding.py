@@ -1,4 +1,4 @@
-"""What tolerances bring to a study: whether every device within them works, how many do, and what is required of it."""
+"""What tolerances bring to a study: whether every device within them works, how many do, and the yield required."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
     files = ("worst.yaml",)
 
     def steps(self) -> Iterator[DeclaredStep]:
-        """One step, where a block and a design point are given."""
+        """The step that assesses tolerances; it runs where the scenario has the block and a design point."""
         task = AddedTask(self.name, "whether every device within the tolerances has stable motion, and the yield")
         yield DeclaredStep(task, (has_block(self.name), DESIGN), "the scenario has a tolerances block")
 
@@ -44,7 +44,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         return assess_tolerances(device, widths, study.solution.membrane, block.distribution, block.samples)
 
     def results(self, tolerances: Tolerances | None, study: Study) -> AddedBlocks:
-        """The block of the same name."""
+        """The block `tolerances` of results.json."""
         if tolerances is None:
             return {self.name: None}
         from vireport.findings.tolerances.results import tolerances_data
@@ -60,7 +60,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         yield Requirement("yield_at_least_percent", QUESTION, quantity, self.name)
 
     def answers(self, tolerances: Tolerances, evidence: Evidence) -> Iterator[AddedAnswer[Tolerances]]:
-        """Good where every device is proved to work; a required yield stands for what is held against it else."""
+        """The answer, good where every device is proved to work; otherwise a required yield decides."""
         from vireport.study.judging.verdict import AddedAnswer, AddedConclusion, Status, Weight
 
         if tolerances.proved:
@@ -79,7 +79,7 @@ class TolerancesFinding(AddedFinding["Tolerances"]):
         yield AddedAnswer(QUESTION, Status.CAUTION, tolerances, name=self.name, concludes=concludes)
 
     def facts(self, verdict: Verdict) -> Mapping[FactPlace, Iterable[Statement]]:
-        """How many devices keep the motion."""
+        """A statement on how many devices within the tolerances keep stable 1:1 motion."""
         from vireport.study.judging.opening import FactPlace, Statement
         from vireport.text.said import Said
 

@@ -1,4 +1,4 @@
-"""The least yield that is required, held against that of a run, and against many designs at once."""
+"""Judge the least yield that is required, for one design by a run and for many designs at once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class YieldRemark(Pattern, file="tolerances"):
-    """Where a value comes from, and why the requirement is not met."""
+    """Sentences on where a yield comes from, and why the requirement is not met."""
 
     NO_TOLERANCES = auto()
     PROVED = auto()
@@ -38,7 +38,7 @@ AT_ONCE = 2048
 
 
 def judged_yield(results: Evidence, limit: Limit) -> Judgement:
-    """The share of the devices within the tolerances that work; known exactly only where it is proved to be all."""
+    """Judge the share of the devices within the tolerances that work; it is exact only where all are proved to."""
     if "tolerances" not in results.findings:
         raise NumericalError(YieldRemark.NO_TOLERANCES.said())
     tolerances: Tolerances = results.findings["tolerances"]
@@ -51,13 +51,13 @@ def judged_yield(results: Evidence, limit: Limit) -> Judgement:
 
 
 def may_yield(designs: Designs, limit: Limit) -> Mask:
-    """Which designs may reach a yield: by the very devices that a run takes, as few of them as tell."""
+    """Which designs may reach a yield, by as few as suffice of the same random devices that a run takes."""
     block, kept = designs.scenario.tolerances, np.ones(designs.count, dtype=bool)
     if block is None:
         return kept
     steps = sample_steps(len(designs.half_widths), block.distribution, block.samples)
     enough = (k for k in range(block.samples) if 100 * share_interval(k, block.samples)[1] >= limit.value)
-    most = block.samples - next(enough, block.samples)  # all of them, where only the proof is enough
+    most = block.samples - next(enough, block.samples)  # all samples, where only the proof is enough
     # Whole Sobol sequences are balanced, not their beginnings: only a count that no further device can mend refutes.
     failed, first = np.zeros(designs.count, dtype=np.intp), 0
     while first < block.samples:

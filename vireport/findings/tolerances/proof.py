@@ -1,9 +1,9 @@
 """Whether every device within a box of tolerances has a stable 1:1 motion: proved, refuted, or left open.
 
-The inputs act through a few factors alone: M/F and s f^2, of which d is the product, sin(beta), which gives gbar with
-the first, and r, with what r of either membrane is apart from that. No two of them share an input, so that a box of
-inputs is a box of factors, and nothing is lost. Of a free capsule gbar has (M + m)/F instead, and the factors are 1/F
-and M. A box of factors is halved until each part is proved:
+The inputs act through a few factors alone: M/F and s f^2, whose product gives d; sin(beta), which with M/F gives gbar;
+and r, with the difference of the r of each membrane from it. No two factors share an input, so that a box of inputs is
+a box of factors, and nothing is lost. For a free capsule gbar has (M + m)/F instead, and the factors are 1/F and M. A
+box of factors is halved until each part is proved:
 
 - Krawczyk's operator maps a tube about a linear prediction of the motion's (q, phase) into itself, for every device in
   the part: by Brouwer's theorem each has a motion in the tube;
@@ -66,7 +66,7 @@ TIME_PARTS, HALVINGS = 8, 7
 
 
 def prove(region: Region, boxes: Boxes, guess: Floats) -> tuple[Mask, Floats]:
-    """Prove of boxes that each of their devices has a stable motion near a guess.
+    """Prove that every device in each of some boxes has a stable motion near a guess.
 
     Parameters
     ----------
@@ -74,13 +74,13 @@ def prove(region: Region, boxes: Boxes, guess: Floats) -> tuple[Mask, Floats]:
     boxes : Boxes
         In shares of the region, (factors, k).
     guess : ndarray, shape (3, k)
-        q - 1/2, phase and velocity at the bottom of a motion at the middle of each.
+        q - 1/2, phase [rad] and velocity [y_c] at the bottom of a motion in the middle of each box.
 
     Returns
     -------
     proved : ndarray of bool, shape (k,)
     moved : ndarray, shape (factors, k)
-        By how much each factor moves the motion, from the middle of a box to its end.
+        Size of the change of the motion when each factor moves from the middle of a box to its end.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def prove(region: Region, boxes: Boxes, guess: Floats) -> tuple[Mask, Floats]:
         If the force has harmonics, which the proof does not cover.
     """
     n = region.design.of_sine("a proof over tolerances").period_ratio
-    with np.errstate(all="ignore"):  # what is not defined is not finite, and proves nothing
+    with np.errstate(all="ignore"):  # an undefined number is not finite, and proves nothing
         groups = region.groups(boxes.low, boxes.high)
         mapped, orbit, moved = _tube(groups, n, guess)
         r = groups.restitution
@@ -104,9 +104,9 @@ def prove(region: Region, boxes: Boxes, guess: Floats) -> tuple[Mask, Floats]:
 
 
 def _tube(groups: Groups[Affine], n: int, guess: Floats) -> tuple[Mask, Orbits, Floats]:
-    """A tube that holds a motion of every device, by Krawczyk's operator, where it succeeds; and the motion in it.
+    """Prove with Krawczyk's operator that a tube, linear in the shares, holds a motion of every device of a box.
 
-    Its axis is linear in the shares, by the implicit function theorem.
+    Returns where that is proved, the motions in the tube, and by how much each factor moves them.
     """
     factors = len(groups.d.linear) - OTHER_SYMBOLS
     width, slopes = np.full_like(guess, PROBE), np.zeros((len(guess), factors, guess.shape[1]))
@@ -116,9 +116,9 @@ def _tube(groups: Groups[Affine], n: int, guess: Floats) -> tuple[Mask, Orbits, 
     jacobian = np.stack([g.linear[factors:TIME] / PROBE for g in residual])
     singular = np.linalg.det(jacobian.T) == 0
     inverse = np.linalg.inv(np.where(singular[:, None, None], np.eye(3), jacobian.T)).T
-    # dx/dp = -(df/dx)^-1 df/dp: the tube goes along with the motion, and need only hold what bends. About a fixed
-    # point, and without the sizes by which the factor to halve is chosen, a box of 1.5 to 3 % of three inputs of an
-    # inclined capsule stays wholly open, which is proved in two parts.
+    # dx/dp = -(df/dx)^-1 df/dp: the tube follows the motion to first order, and need only hold the curvature. With a
+    # box about a fixed point instead, 1.5 to 3 % of three inputs of an inclined capsule stay wholly unproved, which a
+    # tube proves in two parts.
     slopes = -_applied(inverse, [g.linear[:factors] for g in residual])
     guess = guess - _applied(inverse, [g.centre for g in residual])
     width = np.zeros_like(guess)
@@ -158,8 +158,8 @@ def _residual(
     sin_phi, cos_phi, sin_top, cos_top = ops.sin(phi), ops.cos(phi), (-1) ** n * ops.sin(top), (-1) ** n * ops.cos(top)
     up, down = n + period * u, n - period * u
     d, gbar, (bottom, at_top) = groups.d, groups.gbar, by_wall(groups.restitution)
-    # Of membranes that are not alike, an impact at the bottom takes as much momentum as one at the top that is faster
-    # by this factor.
+    # With unlike membranes, an impact at the bottom transfers as much momentum as one at the top that is faster by this
+    # factor.
     share: Any = 1 if bottom is at_top else (1 + bottom) / (1 + at_top)
     orbit = Orbits(
         *(u, phi, sin_phi, cos_phi, sin_top, cos_top, up, down, velocity),
@@ -180,17 +180,16 @@ def _residual(
 def _stays_between(way: Flight, n: int, count: int) -> Mask:
     """Whether the ball is proved to stay between the membranes in a flight of each of `count` boxes.
 
-    The flight is cut into parts, and those are halved that are open. Next to the impacts, where the distance to one
-    wall is zero, the sign of the velocity or of the acceleration settles it: the counterpart in affine arithmetic of
-    `vireport.study.checks.confinement`. In `findings.proofs.flights` the ball may begin off a membrane or touch one,
-    and it is said where.
+    The flight is cut into parts, and open ones are halved. Next to the impacts, where the distance to one membrane is
+    zero, the sign of the velocity or of the acceleration decides: the counterpart in affine arithmetic of
+    `vireport.study.checks.confinement`. In `findings.proofs.flights` the ball may also begin off a membrane or touch
+    one, and the touches are located.
     """
     ops, parts = AFFINE, TIME_PARTS * n
     inside = np.ones(count, dtype=bool)
     row, place = np.repeat(np.arange(count), parts), np.tile(np.arange(parts), count)
     for _ in range(HALVINGS):
-        # Time is a symbol like the others: where it stands in several terms of the position, these cancel as they
-        # should.
+        # Time is an error symbol like the others, so that its occurrences in several terms of the position cancel.
         part = way.select(row)
         time = part.duration * between(place / parts, (place + 1) / parts, TIME, len(part.d.linear))
         angle = ops.pi * time
@@ -210,14 +209,14 @@ def _stays_between(way: Flight, n: int, count: int) -> Mask:
 
 
 class Leaf(IntEnum):
-    """What a box that is not halved came to; what is halved has the number of the factor along which it is."""
+    """State of a box that is not halved; a halved box has the number of the factor along which it is cut instead."""
 
     PROVED = -1
     OPEN = -2
 
 
 class Proof(Struct, frozen=True, eq=False):
-    """The boxes into which a region was cut; enough to prove it again.
+    """The boxes into which a region was cut, as much as is needed to prove it again.
 
     Attributes
     ----------
@@ -225,11 +224,11 @@ class Proof(Struct, frozen=True, eq=False):
         For each box, beginning with the region's faces and generation by generation, the factor along which it was
         halved, or a `Leaf`.
     motions : ndarray, shape (3, boxes)
-        q - 1/2, phase and velocity at the bottom of a motion in the middle of each that is proved, in the same order.
+        q - 1/2, phase [rad] and velocity [y_c] at the bottom of a motion in the middle of each proved box, in order.
     open_share : float
         Share of the region's volume in (d, gbar, r) that is not proved.
     failing : ndarray or None, shape (factors,)
-        Shares of the region's factors at which a device has no stable motion; nothing was sought any further.
+        Shares of the region's factors at which a device has no stable motion; None where none was found.
     """
 
     halved: Ints
@@ -253,8 +252,7 @@ def prove_region(region: Region) -> Proof:
     while len(boxes):
         middle = (boxes.low + boxes.high) / 2
         cell, orbit = stable_motions(region.devices(middle), BORDER)
-        # First the middle of each box, at the price of one solution: a device without stable motion settles the whole
-        # region.
+        # First the middle of each box, which costs one solution: one device without stable motion refutes the region.
         lacking = np.setdiff1d(np.arange(len(boxes)), cell)
         failing = middle[:, lacking[0]] if lacking.size else None
         halved, centres = _halved(region, boxes, cell, np.stack([orbit.u, orbit.phi, orbit.velocity_bottom]))
@@ -270,24 +268,24 @@ def prove_region(region: Region) -> Proof:
 
 
 def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
-    """Go through the boxes of a proof once more; the share of the region's volume that is proved, 1 if every box is.
+    """Verify the boxes of a proof; returns the share of the region's volume that is proved, 1 if every box is.
 
     Parameters
     ----------
     region : Region
-    halved, motions
-        Those of a `Proof`. That the boxes cover the region follows from how it is halved; nothing else is believed.
+    halved, motions : ndarray
+        As in `Proof`. That the boxes cover the region follows from how it is halved; nothing else is believed.
 
     Raises
     ------
     ValueError
-        If there are not as many boxes or motions as it takes.
+        If there are too few boxes or motions.
     """
     boxes, share = region.faces
     done, missing, open_share = 0, False, 0.0
     while len(boxes):
         halved, generation = halved[len(boxes) :], halved[: len(boxes)]
-        # Where the boxes are follows from how they are halved: it is not read, so that no proof can leave out a part.
+        # The places of boxes follow from how they are halved and are not read, so that no proof can leave out a part.
         rows = np.flatnonzero(generation == Leaf.PROVED)
         guess = motions[:, done : (done := done + len(rows))]
         if len(generation) < len(boxes) or guess.shape[1] < len(rows) or generation.max() >= region.factors:
@@ -301,12 +299,12 @@ def prove_again(region: Region, halved: Ints, motions: Floats) -> float:
 
 
 def _halved(region: Region, boxes: Boxes, cell: Ints, motions: Floats) -> tuple[Ints, Floats]:
-    """What becomes of each box: a factor to halve it along or `Leaf.PROVED`, and the motions of those proved."""
+    """For each box a factor to halve it along or `Leaf.PROVED`, and the motions of the proved boxes."""
     halved, centres = np.zeros(len(boxes), dtype=np.intp), np.empty((3, len(boxes)))
     for first in range(0, len(cell), BLOCK):
         which, motion = cell[first : first + BLOCK], motions[:, first : first + BLOCK]
         holds, moved = prove(region, boxes[which], motion)
-        unproved = halved[which] != Leaf.PROVED  # by another of its motions
+        unproved = halved[which] != Leaf.PROVED  # another motion of the same box may have proved it
         halved[which[unproved]] = np.nan_to_num(moved).argmax(axis=0)[unproved]
         halved[which[holds]] = Leaf.PROVED
         centres[:, which[holds]] = motion[:, holds]
@@ -314,6 +312,6 @@ def _halved(region: Region, boxes: Boxes, cell: Ints, motions: Floats) -> tuple[
 
 
 def _halves(boxes: Boxes, share: Floats, halved: Ints) -> tuple[Boxes, Floats]:
-    """The next generation of boxes, and their shares of the volume: both halves of each that is halved."""
+    """The next generation of boxes, both halves of each halved one, and their shares of the volume."""
     which = halved >= 0
     return boxes[which].halved(halved[which]), np.repeat(share[which] / 2, 2)

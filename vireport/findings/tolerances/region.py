@@ -1,4 +1,4 @@
-"""The devices within tolerances as a box of a few factors of the motion, counted by shares between their ends."""
+"""The devices within tolerances as a box of a few factors, with shares between 0 and 1 as coordinates."""
 
 from __future__ import annotations
 
@@ -25,15 +25,14 @@ OTHER_SYMBOLS = 4
 class Region(Struct, frozen=True, eq=False):
     """The devices within the tolerances: all between two ends of each factor.
 
-    A device of the region is counted by a share of each factor, between 0 and 1: how far the inputs of a factor are
-    from their `start` to their `end`, all of them alike. As each factor grows with its share, none of its values is
-    missed.
+    A device of the region has a share between 0 and 1 for each factor: all inputs of the factor are that far on the way
+    from their `start` to their `end`. As each factor grows with its share, none of its values is missed.
 
     Attributes
     ----------
     design : Device
     start, end : dict
-        Values of all inputs at either end; the force is the larger one at its start.
+        Values of all inputs at either end; the force is larger at `start`, so that M/F grows.
     """
 
     design: Device
@@ -49,7 +48,7 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def ranges(self) -> dict[DesignInput, tuple[float, float]]:
-        """The least and the largest value of the inputs that vary."""
+        """The least and the largest value of each input that varies, in its unit."""
         ends = {varied: (self.start[varied], self.end[varied]) for varied in DesignInput}
         return {varied: (min(pair), max(pair)) for varied, pair in ends.items() if pair[0] != pair[1]}
 
@@ -63,37 +62,37 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def parts_membranes(self) -> bool:
-        """Whether a membrane has a tolerance apart from that of both."""
+        """Whether one membrane has a tolerance of its restitution apart from the tolerance of both."""
         return any(self.start[varied] != self.end[varied] for varied in RESTITUTIONS[1:])
 
     @property
     def corners(self) -> Floats:
-        """Shares of the devices at whose inputs all factors are at an end, shape (factors, k)."""
-        # Corners that differ in a factor of no width would be the same devices twice.
+        """Shares of the devices with all factors at an end, shape (factors, k)."""
+        # Corners that differ in a factor without width would be the same device twice.
         held = [] if self.parts_membranes else [FACTOR_OF[varied] for varied in RESTITUTIONS[1:]]
         ends = [[0.0] if factor in held else [0.0, 1.0] for factor in range(self.factors)]
         return np.stack(np.meshgrid(*ends, indexing="ij")).reshape(self.factors, -1)
 
     def devices(self, shares: Floats) -> Device:
-        """Devices at shares, shape (factors, k), with an array for each input."""
+        """A device with an array (k,) for each input that varies, from shares of shape (factors, k)."""
         values = {}
         for varied, factor in factor_of(self.design).items():
             first, last, share = self.start[varied], self.end[varied], shares[factor]
-            # The last end itself at a share of 1, which a sum of doubles may miss.
+            # Exactly the end at a share of 1, which a sum of doubles may miss.
             values[varied] = np.where(share == 1, last, first + share * (last - first))
         restitution = self._restitution(*(values.pop(varied) for varied in RESTITUTIONS))
         return replace(self.design.with_values(values), restitution=restitution)
 
     def _restitution(self, both: Any, bottom: Any, top: Any) -> Any:
-        """The restitution of devices, by that of both membranes together and that of each."""
+        """The restitution of devices from that of both membranes together and those of each."""
         if self.design.alike and not self.parts_membranes:
             return both
         moved = both - self.design.value_of(DesignInput.RESTITUTION)
         return Restitutions(bottom + moved, top + moved)
 
     def groups(self, low: Floats, high: Floats) -> Groups[Affine]:
-        """The groups of all devices in boxes of shares, ends of shape (factors, k), Eqs. (2.5), (2.6)."""
-        # Inputs of one factor share a symbol, so that what they do to d and to gbar is bounded together.
+        """The groups of all devices in boxes of shares with ends of shape (factors, k), Eqs. (2.5), (2.6)."""
+        # Inputs of one factor share a symbol, so that their effects on d and on gbar are bounded together.
         x: dict[DesignInput, Affine] = {}
         symbols = self.factors + OTHER_SYMBOLS
         for varied, factor in factor_of(self.design).items():
@@ -109,12 +108,12 @@ class Region(Struct, frozen=True, eq=False):
 
     @property
     def faces(self) -> tuple[Boxes, Floats]:
-        """Boxes in shares that have all of the region's (d, gbar, r), and their parts of the whole, (k,).
+        """Boxes in shares that cover all of the region's (d, gbar, r), and their parts of the whole, (k,).
 
-        M/F scaled up and s f^2 and sin(beta) scaled down alike leave d and gbar as they are, until one of the three is
-        at that end of its range. So the three faces on which one of them is have all there is, and one dimension less;
-        they do not overlap. A factor without a tolerance is at its end already. The parts are areas in (d, gbar). Of a
-        free capsule 1/F stands for M/F, and M takes all its values on each face.
+        Scaling M/F up and s f^2 and sin(beta) down by one factor leaves d and gbar as they are, until one of the three
+        reaches the end of its range. So the three faces on which one of them is at that end cover all (d, gbar), with
+        one dimension less and without overlap. A factor without a tolerance is at its end already. The parts are areas
+        in (d, gbar). For a free capsule 1/F stands for M/F, and M takes all its values on each face.
         """
         of_factor = factor_of(self.design)
         fixed = [k for k in range(3) if all(self.start[x] == self.end[x] for x, of in of_factor.items() if of == k)]
@@ -146,7 +145,7 @@ def region_of(device: Device, half_widths: Mapping[DesignInput, float]) -> Regio
     """The devices whose inputs are off by no more than their tolerances.
 
     A capsule inclined below 0 degrees is the mirror image of one above: its bottom is the other end. One beyond 90
-    degrees is one turned about. Both are counted by the inclination of 0 to 90 that is the same.
+    degrees is one turned round. Both are represented by the equivalent inclination from 0 to 90 degrees.
     """
     start, end = {}, {}
     for varied in DesignInput:

@@ -1,4 +1,4 @@
-"""What tolerances come to as records of results.json, and what can be proved once more from these alone."""
+"""Results on tolerances as records of results.json, and the verification of their proof from these alone."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class TolerancesData(ResultsBlock, frozen=True, kw_only=True):
 
 
 def tolerances_data(tolerances: Tolerances, scenario: Scenario) -> TolerancesData:
-    """What tolerances come to; the worst device as a scenario too."""
+    """The record of tolerances, with the worst device as a scenario too."""
     sampled, proof, worst = tolerances.sampled, tolerances.proof, tolerances.worst
     return TolerancesData(
         answer=tolerances.answer,
@@ -186,7 +186,7 @@ def _boxes(proof: Proof) -> ProvedBoxes:
 
 
 def worst_scenario(scenario: Scenario, worst: Failure) -> str:
-    """A scenario of the device that fails: its inputs, and nothing of what was asked of the design."""
+    """A scenario of the failing device, as YAML: its inputs, without the outputs and requirements of the design."""
     return as_yaml(device_tree(scenario, {varied.path: value for varied, value in worst.values.items()}))
 
 

@@ -1,4 +1,4 @@
-"""What tolerances come to: whether every device works, the worst one where not all do, the yield, and the ranges."""
+"""Whether every device within tolerances works, the worst one where not all do, the yield, and ranges of results."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class Failure(Struct, frozen=True):
     Attributes
     ----------
     values : dict
-        Of its inputs.
+        Values of its inputs.
     share : float
-        Of the way from the design to this device, at which stable motion ends; 0 where the design has none itself.
+        Share of the way from the design to this device at which stable motion ends; 0 where the design has none.
     """
 
     values: dict[DesignInput, float]
@@ -67,12 +67,12 @@ class Tolerances(Struct, frozen=True, eq=False):
     Attributes
     ----------
     region : Region
-        The devices within them.
+        The devices within the tolerances.
     answer : Answer
     proof : Proof or None
-        None where the design or a corner fails, so that none was sought, and where none is known.
+        None where the design or a corner fails, so that no proof was sought, and where no proof is available.
     worst : Failure or None
-        Of the devices that fail, the one towards which stable motion ends first.
+        The failing device towards which stable motion ends first.
     sampled : Yield
     ranges : dict
         `PERCENTILES` over all stable motions of the samples: of `velocity_bottom_m_s`, `velocity_top_m_s` and, where
@@ -89,7 +89,7 @@ class Tolerances(Struct, frozen=True, eq=False):
     __repr__ = brief
 
     def of_worst(self, varied: DesignInput) -> float | None:
-        """The value of an input in the worst device, where there is one; of both restitutions together their mean."""
+        """The value of an input in the worst device, for both restitutions their mean; None without a worst device."""
         if self.worst is None:
             return None
         values = self.worst.values
@@ -98,14 +98,14 @@ class Tolerances(Struct, frozen=True, eq=False):
 
     @property
     def toleranced_of_worst(self) -> dict[DesignInput, float]:
-        """The inputs of the worst device that have a tolerance, if only as both restitutions; {} where none fails."""
+        """Values in the worst device of inputs with a tolerance, be it only that of both restitutions; {} without."""
         ranges, values = self.region.ranges, self.worst.values if self.worst is not None else {}
         both = RESTITUTIONS if RESTITUTIONS[0] in ranges else ()
         return {varied: value for varied, value in values.items() if varied in ranges or varied in both}
 
     @property
     def provable(self) -> bool:
-        """Whether there is a proof: of a force that is a sine. Of another the answer is never `PROVED`."""
+        """Whether a proof is available: for a sine force only. For any other the answer is never `PROVED`."""
         return not self.region.design.harmonics
 
     @property
@@ -134,20 +134,19 @@ def assess_tolerances(
     device : Device
         The design, with all four parameters.
     half_widths : mapping
-        By how much an input may be off, in its unit.
+        By how much each input may be off, in its unit.
     membrane : Membrane or None
     distribution : Distribution
-        Of the inputs within their tolerances, each for itself.
+        Of the inputs within their tolerances, independent of one another.
     samples : int
-        Devices for the yield, a power of two.
+        Number of random devices for the yield, a power of two.
     """
     region, proof = region_of(device, half_widths), None
     # The design and the corners are tried first: where one fails there is nothing to prove.
     worst = _worst(region.devices, region.design_shares, np.hstack([region.design_shares, region.corners]))
     if worst is None and not device.harmonics:
         proof = prove_region(region)
-        # A failing device that the proof came upon is no corner; on the way to it from the design, stable motion ends
-        # somewhere.
+        # The proof may find a failing device that is no corner; stable motion ends on the way to it from the design.
         if proof.failing is not None:
             worst = _worst(region.devices, region.design_shares, proof.failing[:, None])
     steps = sample_steps(len(half_widths), distribution, samples)
@@ -165,7 +164,7 @@ Devices = Callable[[Floats], Device]
 
 
 def _works(devices: Devices, places: Floats) -> Mask:
-    """Which devices have a stable motion, or one on the border."""
+    """Which devices have a stable motion, or one on the border of stability."""
     cell, _ = stable_motions(devices(places), BORDER)
     return np.isin(np.arange(places.shape[1]), cell)
 
@@ -193,7 +192,7 @@ def _worst(devices: Devices, design: Floats, places: Floats) -> Failure | None:
 def _sampled(
     devices: Device, membrane: Membrane | None, distribution: Distribution
 ) -> tuple[Yield, dict[str, dict[str, float]], Mask]:
-    """The share of random devices that have a stable motion, what such motions come to, and which devices have none."""
+    """The yield of random devices, the percentiles over their stable motions, and which devices have none."""
     cell, orbit = stable_motions(devices)
     failing = np.ones(np.size(devices.length_m), dtype=bool)
     failing[cell] = False

@@ -22,12 +22,12 @@ def stays_between(way: Flight, touch: tuple[Ball | None, bool] | None, returns: 
     Parameters
     ----------
     way : Flight
-        Of balls, that leaves and arrives with velocities of the right signs, or with none.
+        Of balls; it leaves and arrives with velocities of the right signs, or with zero velocity.
     touch : (ball or None, bool) or None
-        A time at which it is at rest on a wall by the condition of the point; whether on the wall left. No time means
-        that it leaves with neither velocity nor acceleration.
+        A time [t_c] at which the ball touches a membrane by the condition of the critical point, and whether that is
+        the membrane left. None for the time means that the ball leaves with neither velocity nor acceleration.
     returns : bool
-        Whether the flight ends on the wall that it left.
+        Whether the flight ends on the membrane that it left.
     """
     time, at_start = touch or (None, False)
     unpressed = touch is not None and time is None

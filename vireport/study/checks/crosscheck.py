@@ -1,6 +1,6 @@
-"""The simulation beside the analytic solution: whether it ends where the formulae say, and where else it ends.
+"""Cross-check of the analytic solution by the simulation: whether it ends on the same motions, and where else.
 
-The simulation knows nothing of the formulae: that both agree is evidence.
+The simulation does not use the formulae of the solution: that both agree is evidence.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SAME_ORBIT = 1e-6
 
 
 class Miss(Struct, frozen=True):
-    """A stable admissible orbit on which the simulation did not end."""
+    """A stable admissible motion on which the simulation did not end."""
 
     sweep_value: float
     outcome: str
@@ -66,9 +66,9 @@ class MotionCount(Struct, frozen=True):
     period : int
         In forcing periods; 0 where it is not periodic.
     count : int
-        Starts that end so.
+        Number of starts that end in it.
     low, high : float
-        Least and largest value of the parameter at which one does.
+        Least and largest value of the swept parameter at which a start does.
     """
 
     outcome: Outcome
@@ -80,12 +80,12 @@ class MotionCount(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """The word and its period, or what the motion is where it has none."""
+        """Name of the motion: its word and period, or its outcome where it has no word."""
         return motion_name(self.outcome, self.word, self.period)
 
     @property
     def stays(self) -> bool:
-        """Whether the ball is on a membrane for a part of it, or for ever."""
+        """Whether the ball rests on a membrane for a part of the motion, or for ever."""
         return self.outcome in (Outcome.STICKING, Outcome.REST, Outcome.HELD)
 
 
@@ -95,32 +95,32 @@ class CrossCheck(Struct, frozen=True, eq=False):
     Attributes
     ----------
     parameter : str
-        The one that is varied (``length_m`` where nothing is swept).
+        The parameter that is varied (``length_m`` where nothing is swept).
     values, d, gbar : ndarray (n,)
-        Where it was simulated.
+        Values of the parameter, and of the groups, at which it was simulated.
     restitution : float
     start_speed : ndarray (n,)
         Largest velocity of the random starts at each value [y_c].
     ends : tuple of tuples of Attractor
         For each value, what each start leads to.
     orbits : int
-        Stable admissible orbits that were checked.
+        Number of stable admissible motions that were checked.
     velocity_difference, phase_difference : float
-        Largest ones between an orbit and the cycle simulated beside it [y_c, rad].
+        Largest differences between such a motion and the one simulated from next to it [y_c, rad].
     misses : tuple of Miss
-        Orbits that the simulation left.
+        Stable motions that the simulation left.
     tolerance : float
-        Up to which both agree.
+        Difference up to which both agree.
     trials, arrivals : int
-        Starts where there is a stable admissible orbit, and those of them that lead to a 1:1 motion.
+        Starts at values with a stable admissible motion, and how many of them lead to a 1:1 motion.
     motions : tuple of MotionCount
-        Of all starts, most frequent first.
+        What all starts lead to, most frequent first.
     elsewhere : tuple of MotionCount
-        Of the trials that do not lead to a 1:1 motion.
+        What the trials lead to that do not come to a 1:1 motion.
     diagram : Diagram or None
         Its index refers to `values`.
     hysteresis : Hysteresis or None
-        What is met where each value goes on from the last one.
+        The motions of a slow sweep, in which each value goes on from the last state.
     portraits, displacements : tuple of Portrait
         For figures 3 and 6.
     """
@@ -148,7 +148,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
 
     @property
     def passed(self) -> bool:
-        """Whether every orbit was found again, within the tolerance."""
+        """Whether every stable admissible motion was found again, within the tolerance."""
         return not self.misses and max(self.velocity_difference, self.phase_difference) <= self.tolerance
 
     @property
@@ -157,7 +157,7 @@ class CrossCheck(Struct, frozen=True, eq=False):
         return float(np.ptp(self.values)) / max(len(self.values) - 1, 1)
 
     def attractors(self) -> Iterator[tuple[float, Attractor]]:
-        """Values of the parameter with what was found there, from random starts and where the motion was followed."""
+        """Values of the parameter with the attractors there, from random starts and from the slow sweep."""
         for value, ends in zip(self.values, self.ends, strict=True):
             yield from ((float(value), end) for end in ends)
         for course in self.hysteresis.courses.values() if self.hysteresis is not None else ():
@@ -181,13 +181,13 @@ def crosscheck(
     Parameters
     ----------
     solution : Solution
-        Of the analytic side. Where nothing is swept, the motions of the design point are checked.
-    block : Simulation
-        The scenario's block.
+        The analytic solution. Where nothing is swept, the motions of the design point are checked.
+    block : SimulationBlock
+        The block `simulation` of the scenario.
     progress : callable, optional
         Called with each step as it begins.
     seed : int
-        Of the starting states.
+        Of the random starts.
     """
     say = progress or (lambda what: None)
     device, parameter = solution.device, solution.parameter
@@ -235,12 +235,12 @@ def crosscheck(
 
 
 def _of_each(groups: Groups[Any], count: int) -> Groups[Any]:
-    """Groups as arrays with a number for each of many values."""
+    """Groups with arrays of `count` elements, one for each value of the parameter."""
     return groups.map_numbers(lambda group: np.asarray(group) * np.ones(count))
 
 
 def _row(groups: Groups[Floats], index: int) -> Groups[float]:
-    """The groups at one of many values."""
+    """The groups at the value with an index."""
     return groups.map_numbers(lambda group: float(group[index]))
 
 
@@ -259,7 +259,7 @@ def _portrait(device: Device, parameter: Parameter, value: float, count: int, se
 
 
 def _fastest(motions: Motions | None) -> float:
-    """Velocity of the fastest impact among admissible motions, 0 where there is none."""
+    """Velocity of the fastest impact of admissible motions [y_c], 0 where there is none."""
     if motions is None:
         return 0.0
     # Starts reach as fast as the fastest motion, stable or not, or its basin might not be sampled.
@@ -268,7 +268,7 @@ def _fastest(motions: Motions | None) -> float:
 
 
 def _counted(ends: Iterable[tuple[float, Attractor]]) -> tuple[MotionCount, ...]:
-    """Count what starts at values of the parameter end in, most frequent first."""
+    """Count the motions that starts end in, most frequent first."""
     values: dict[tuple[Outcome, str, int], list[float]] = {}
     for value, end in ends:
         values.setdefault((end.outcome, end.word, end.period), []).append(float(value))
@@ -300,7 +300,7 @@ def orbits_at(diagram: BifurcationDiagram, values: Floats) -> list[Motions | Non
 
 
 def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[float, float]], list[Miss]]:
-    """Simulate from next to each stable motion: differences of velocity and phase, and motions not found again."""
+    """Simulate from next to each stable motion: differences of velocity [y_c] and phase [rad], and missed motions."""
     differences, misses = [], []
     for i in np.nonzero(motions.stable_mask)[0]:
         # From beside the motion: started on it, an unstable one would be confirmed as well, as long as rounding keeps
@@ -311,7 +311,7 @@ def _check(motions: Motions, groups: Groups[float], n: int) -> tuple[list[tuple[
             misses.append(Miss(float(motions.sweep_value[i]), end.word or end.outcome.value))
             continue
         velocity, phase = difference(end, motions, int(i))
-        # There may be several stable 1:1 motions: another one is no agreement, however stable.
+        # There may be several stable 1:1 motions: ending on another one is no agreement.
         if max(velocity, phase) > SAME_ORBIT:
             misses.append(Miss(float(motions.sweep_value[i]), f"another {end.word} motion"))
             continue
@@ -325,7 +325,7 @@ def is_one_to_one(attractor: Attractor, n: int) -> bool:
 
 
 def difference(attractor: Attractor, motions: Motions, i: int) -> tuple[float, float]:
-    """Largest differences of velocity and phase at the two impacts, between a simulated cycle and an analytic orbit."""
+    """Largest differences of velocity [y_c] and phase [rad] at the two impacts of simulated and analytic motion."""
     cycle = attractor.cycle
     if cycle is None:
         return np.inf, np.inf

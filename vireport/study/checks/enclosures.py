@@ -147,7 +147,7 @@ def prove(system: System, guess: Sequence[float], scale: Sequence[float]) -> Roo
     Raises
     ------
     UnprovedError
-        If the guess leads to no solution, or none that can be told to be single.
+        If the guess leads to no solution, or to one whose uniqueness is not proved.
     """
     middle = _newton(system, guess, scale)
     # The widest box first: the wider, the more is said about there being no other solution near.
@@ -164,7 +164,7 @@ def prove(system: System, guess: Sequence[float], scale: Sequence[float]) -> Roo
 
 
 def _newton(system: System, guess: Sequence[float], scale: Sequence[float]) -> list[Ball]:
-    """The midpoints to which Newton's method leads, as far as rounding lets it go."""
+    """The midpoints to which Newton's method converges, to rounding."""
     x, before = [ball(value) for value in guess], 1.0
     for _ in range(NEWTON_STEPS):
         step = _inverse(gradients(system, x)) * arb_mat([[value.mid()] for value in system(x)])
@@ -190,7 +190,7 @@ def _krawczyk(system: System, box: list[Ball]) -> list[Ball]:
 
 
 def _inverse(jacobian: list[list[Ball]]) -> Any:
-    """About the inverse of the middle of a matrix, as exact numbers."""
+    """An approximate inverse of the midpoint of a matrix, as exact numbers."""
     try:
         # Any matrix makes the test valid; the nearer to the inverse, the more boxes pass.
         return arb_mat(jacobian).mid().inv().mid()

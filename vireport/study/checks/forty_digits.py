@@ -25,7 +25,7 @@ SHORT = 1e-3
 def motion_errors(
     motions: Motions, rows: Iterable[int], device: Device, parameter: Parameter, near: bool = False
 ) -> list[float]:
-    """Error of some motions against 40 digits, each the largest over its numbers.
+    """Errors of some motions against 40 digits: for each motion the largest error of its numbers.
 
     With `near` the swept value is not held: the reference is the nearest motion of the sweep.
     """
@@ -87,8 +87,8 @@ def critical_motion(point: Point, device: Device, parameter: Parameter, gap: flo
         turns = exact.turning_points(start, d, gbar, r, n)
         distance, which, time = min(turns, key=lambda turn: abs(turn[0]), default=(exact.mpf(1), 0, exact.mpf(0)))
         if abs(distance) > MATCH or (by_wall(r)[which] == 0 and time < SHORT):
-            # A ball that hardly rebounds touches the wall it is leaving, at about the time at which that ceases to
-            # press; without any rebound, exactly then.
+            # A ball that hardly rebounds touches the membrane it is leaving at about the time at which the acceleration
+            # ceases to press; without any rebound, exactly then.
             which = int(abs(exact.pressing(start, gbar, n, True)) < abs(exact.pressing(start, gbar, n, False)))
             press, time = exact.short_touch(start, gbar, r, n, which)
             sign = -1 if which else 1

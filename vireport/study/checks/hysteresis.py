@@ -1,6 +1,6 @@
-"""The sweep gone through slowly, up and down as in an experiment: where the motion jumps, and where it is not the same.
+"""A slow sweep, up and down as in an experiment: where the motion jumps, and where it depends on the direction.
 
-Knows nothing of the formulae, as all that is simulated.
+Like all simulation, it does not use the formulae of the solution.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ class Hysteresis(Struct, frozen=True, eq=False):
     Attributes
     ----------
     courses : dict of Direction to Course
-        Upwards and downwards, as far as asked for.
+        Upwards and downwards, as far as the scenario asks for it.
     resolution : float
-        Width of the interval that a jump is located in, over that of the sweep.
+        Width of the interval in which a jump is located, over that of the sweep.
     mirror : bool
-        Whether the mirror image of a motion counts as the same: that the capsule is horizontal and its ends alike.
+        Whether the mirror image of a motion counts as the same: the capsule is horizontal and its ends are alike.
     """
 
     courses: dict[Direction, Course]
@@ -56,14 +56,14 @@ class Hysteresis(Struct, frozen=True, eq=False):
 
     @property
     def loops(self) -> tuple[Loop, ...]:
-        """Ranges in which the motion depends on the direction, ascending; none unless both were gone through."""
+        """Ranges in which the motion depends on the direction, ascending; none unless both directions were followed."""
         if len(self.courses) < 2:
             return ()
         return tuple(_loops(self.courses[Direction.UP], self.courses[Direction.DOWN], self.mirror))
 
 
 def follow_sweep(sweep: Sweep, values: list[float], block: SimulationBlock) -> Hysteresis:
-    """Go through values of a sweep as the scenario asks; downwards after upwards from where that ended."""
+    """Follow the motion through values of a sweep as the scenario asks; downwards from where upwards has ended."""
 
     def at(value: float) -> Conditions:
         groups = sweep.device.groups(sweep.parameter, value).as_floats()
@@ -80,7 +80,7 @@ def follow_sweep(sweep: Sweep, values: list[float], block: SimulationBlock) -> H
 
 
 def _loops(up: Course, down: Course, mirror: bool) -> Iterator[Loop]:
-    """Between jumps both motions change continuously: one value tells whether they are the same."""
+    """The loops between jumps, where both motions change continuously: one value tells whether they are the same."""
     rising, falling = ({jump.value: jump for jump in course.jumps} for course in (up, down))
     ends = [up.stages[0].value, *sorted([*rising, *falling]), up.stages[-1].value]
     stages = list(zip(up.stages, reversed(down.stages), strict=True))

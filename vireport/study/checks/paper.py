@@ -49,15 +49,15 @@ class PrintedMotion(Struct, frozen=True):
     ----------
     figure : str
     d : str
-        Of the printed inputs the one with most digits: ours is the motion at this d.
+        The printed input with most digits: our motion is the one at this d.
     velocity, position, phi : str
         Just before the impact on the bottom: velocity [y_c], position [x_c], and phase of the force [rad].
     swept : tuple of str
         Length [m] or force [N], in the caption and in the text.
     q : str
-        Share of the period from the bottom to the top; "" of a motion with more than two impacts.
+        Share of the period from the bottom to the top; "" for a motion with more than two impacts.
     flights : tuple of str
-        Times from impact to impact [t_c], of a motion with more than two; () of one with two.
+        Times from impact to impact [t_c] of a motion with more than two impacts; () for one with two.
     """
 
     figure: str
@@ -80,7 +80,7 @@ class PrintedPhase(Struct, frozen=True):
 
 
 class PrintedTypes(Struct, frozen=True):
-    """A block of Table 1: types from small d to large on the branch that has a critical point of that kind."""
+    """A block of Table 1: types from small to large d on the branch that has a critical point of a kind."""
 
     family: Symmetry
     kind: Event
@@ -117,7 +117,7 @@ class PaperCase(Struct, frozen=True):
     gravity : tuple of (float, str)
         Values of the swept parameter for which the text prints the group gbar.
     modulus : str
-        Of complex multipliers, as the text prints it; "" where the sweep has none.
+        Modulus of complex multipliers, as the text prints it; "" where the sweep has none.
     """
 
     name: Literal["horizontal", "inclined", "forcing"]
@@ -135,7 +135,7 @@ class PaperCase(Struct, frozen=True):
 
     @property
     def results(self) -> int:
-        """How many results the paper prints of the sweep."""
+        """Number of results that the paper prints for the sweep."""
         of_motions = sum(3 + bool(x.q) + len(x.flights) + len(x.swept) for x in self.motions)
         return len(self.phases) + of_motions + len(self.gravity) + bool(self.modulus)
 
@@ -206,7 +206,7 @@ SYMMETRIC = 1e-9
 
 
 class PrintedQuantity(StrEnum):
-    """What of a critical point, of a motion of Fig. 3 or of a sweep is compared."""
+    """The quantities of a critical point, of a motion of Fig. 3 or of a sweep that are compared."""
 
     POINT_PHASE = "point_phase"
     POINT_D = "point_d"
@@ -226,7 +226,7 @@ SWEPT = {Parameter.LENGTH: PrintedQuantity.LENGTH, Parameter.AMPLITUDE: PrintedQ
 
 
 class Agreement(StrEnum):
-    """How a number of ours stands to the print."""
+    """Agreement of a computed number with the printed one."""
 
     TO_ALL_DIGITS = "to_all_digits"
     CUT_OFF = "cut_off"
@@ -238,7 +238,7 @@ class Agreement(StrEnum):
 
 
 class ComparedRow(Struct, frozen=True):
-    """A number of the paper's, and ours.
+    """A number that the paper prints, and ours.
 
     Attributes
     ----------
@@ -273,12 +273,12 @@ class ComparedRow(Struct, frozen=True):
 
     @property
     def error(self) -> float | Exactness:
-        """What ours is rounded by: one digit more is told than is printed."""
+        """The error that our number is rounded by: it is shown with one digit more than the print."""
         return half_unit(self.printed) / 10 if self.printed else OF_A_MODEL
 
     @property
     def gap(self) -> float:
-        """The distance of ours from the print."""
+        """The distance of our number from the printed one."""
         return abs(self.ours - float(self.printed))
 
 
@@ -434,7 +434,7 @@ def _motion_rows(solution: Solution, case: PaperCase, printed: PrintedMotion) ->
 
 
 class _Ours(NamedTuple):
-    """A motion of ours at the printed d and at the ends of what that may stand for: a number for each of these."""
+    """Our motion at the printed d and at the ends of the range that rounds to it: numbers at these three values."""
 
     velocity: list[float]
     phase: list[float]
@@ -480,7 +480,7 @@ def _motion_row(quantity: PrintedQuantity, of: PrintedMotion, printed: str, ours
 
 
 def _stable_motion(sweep: Sweep, value: float) -> tuple[float, float] | None:
-    """U and phase of the first stable motion at a value of the swept parameter."""
+    """Return u = q - 1/2 and phase [rad] of the first stable motion at a value of the swept parameter, or None."""
     groups = sweep.device.groups(sweep.parameter, value).map_numbers(lambda group: np.array([group], dtype=float))
     motions = motions_of(sweep, find_motions(groups, sweep.device.period_ratio).orbit)
     stable = np.flatnonzero(motions.stable_mask)

@@ -1,4 +1,4 @@
-"""The stable motion that a report is about, found again by the simulation from beside it."""
+"""The stable motion that a report is about, found again by the simulation from a start next to it."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ MOST_PERIODS = 2000
 
 
 class Reproduction(Struct, frozen=True):
-    """How near the simulation came to the analytic motion.
+    """How near a simulation came to the analytic motion.
 
     Attributes
     ----------
     value : float
-        Of the scenario's parameter, at which the motion is.
+        Value of the swept parameter at which the motion is.
     periods : int
         Periods of the motion that were simulated, one impact on each membrane in each.
     needed : int
-        Periods after which the multipliers let a distance from the motion die out; more than `MOST_PERIODS` are not
-        simulated.
+        Periods after which, by the multipliers, the initial distance from the motion has died out; at most
+        `MOST_PERIODS` are simulated.
     velocity_difference, phase_difference : float
         At the last impact on the bottom membrane [y_c, rad].
     same_impacts : bool
@@ -53,7 +53,7 @@ class Reproduction(Struct, frozen=True):
 
     @property
     def decided(self) -> bool:
-        """Whether so much was simulated that the distance has died out."""
+        """Whether enough periods were simulated for the initial distance to die out."""
         return self.periods == self.needed
 
     @property
@@ -63,7 +63,7 @@ class Reproduction(Struct, frozen=True):
 
 
 def reproduce(solution: Solution) -> Reproduction | None:
-    """Simulate the design point's stable motion, or one amid the first stable range, from beside it.
+    """Simulate the stable motion of the design point, or one amid the first stable range, from a start next to it.
 
     The simulation is interpreted: it takes milliseconds, and gives the same numbers where numba is installed. None
     where there is no stable admissible motion.
@@ -90,6 +90,6 @@ def reproduce(solution: Solution) -> Reproduction | None:
 
 
 def _periods_to_die_out(trace: float, discriminant: float, decay: float) -> int:
-    """Periods in which the larger multiplier takes the distance from the motion to a small share of `REPRODUCED`."""
+    """Periods in which the larger multiplier reduces the distance from the motion to a small share of `REPRODUCED`."""
     largest = decay if discriminant < 0 else max(map(abs, eigenvalues(trace, decay)))
     return 2 + ceil(log(SMALL * REPRODUCED / ASIDE) / log(max(largest, SMALL)))

@@ -1,1 +1,1 @@
-"""What a study comes to: requirements, alerts and the verdict."""
+"""Judging a study: requirements, alerts and the verdict."""

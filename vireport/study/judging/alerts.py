@@ -90,7 +90,7 @@ MOST_MOTIONS = 3
 
 
 class Alert(Struct, frozen=True, eq=False):
-    """An alert that results raise; the cause has its numbers."""
+    """An alert that results raise, with sentences on its causes that have the numbers."""
 
     code: AlertCode
     severity: Severity
@@ -99,7 +99,7 @@ class Alert(Struct, frozen=True, eq=False):
     remedy: Phrase
 
     def words(self, templates: Path | None = None) -> str:
-        """What a terminal says of it."""
+        """The text of the alert for a terminal."""
         return f"{self.code}: {self.cause.words(templates)} {self.remedy.words(templates)}"
 
     def __repr__(self) -> str:
@@ -162,7 +162,7 @@ def _design_not_stable(results: Evidence) -> Iterator[Sentence]:
     if design is None or design.motions.stable_mask.any():
         return
     if results.required_motions_met or results.solution.on_table:
-        return  # what is stable there is a motion that was asked for, or no motion can be 1:1
+        return  # the stable motion there is an allowed one, or no motion can be 1:1
     count = len(design.motions)
     place = design.parameter.place(design.value)
     yield Sentence({0: "none", 1: "one"}.get(count, "several"), {"place": place, "count": count})
@@ -192,10 +192,9 @@ def _followed(followed: FollowedMotion, error: Exactness) -> dict[str, str]:
 
 
 def _block_for(end: FromRest, results: Evidence) -> str | None:
-    """The block that a scenario lacks and that would show what a ball comes to.
+    """The block that a scenario lacks and that would show the motion that a ball comes to.
 
-    Families are followed of motions without rests, and found of few impacts, where nothing rubs; all else is found by
-    simulation alone.
+    Families are followed only of motions of few impacts, without rests and without friction; all else needs simulation.
     """
     cycle = end.cycle
     if cycle is not None and not cycle.sticks and not results.solution.device.rubs:
@@ -217,7 +216,7 @@ def _several_stable(results: Evidence) -> Iterator[Sentence]:
 
 
 def is_near_critical(relative: float | None) -> bool:
-    """Whether the end of a motion is near, by its distance over the design value; not where that is zero."""
+    """Whether the end of a motion is near, by its distance over the design value, which is None for a value of zero."""
     return relative is not None and abs(relative) < NEAR_CRITICAL
 
 
@@ -295,7 +294,7 @@ def _deep_deflection(results: Evidence) -> Iterator[Sentence]:
 
 
 def _no_amplitude(results: Evidence) -> Iterator[Sentence]:
-    """Whether the membrane's contacts are long wherever its deflections are within its radius."""
+    """The cause of an alert where contacts of the membrane are long at every deflection within its radius."""
     share = contact_at_radius(results)
     if share is not None and share > LONG_CONTACT:
         yield Sentence("no_amplitude", {"percent": 100 * share})
@@ -327,7 +326,7 @@ def _more_energy_than_lost(results: Evidence) -> Iterator[Sentence]:
     if efficiency > 1:
         gained = float(converted.energy_bottom_j[worst] + converted.energy_top_j[worst])
         numbers = {"gained_mj": 1e3 * gained, "lost_mj": 1e3 * gained / efficiency, "percent": 100 * efficiency}
-        # Of restitutions that fall with speed, those of this motion's impacts.
+        # Where restitutions fall with speed, those of the impacts of this motion.
         bottom, top = (float(np.ravel(r)[0]) for r in by_wall(design.motions.select([worst]).restitution))
         if bottom == top:
             yield Sentence("gains", {**numbers, "restitution": bottom})
@@ -403,7 +402,7 @@ def _implausible(results: Evidence) -> Iterator[Sentence]:
 def _doubts(
     device: Device, membrane: Membrane | None, swept: tuple[Parameter, float, float] | None
 ) -> Iterator[Sentence]:
-    """What may have been meant by each input, and end of a sweep, that can hardly be meant as it stands."""
+    """Sentences on implausible inputs and ends of a sweep, and what may have been meant."""
     values = {f"device.{name}": getattr(membrane, name, None) for name in ("ball_mass_kg",)}
     values |= {f"device.membrane.{name}": getattr(membrane, name, None) for name in MEMBRANE_LENGTHS}
     values |= {varied.path: device.value_of(varied) for varied in device.inputs} | {"gravity_m_s2": device.gravity_m_s2}
@@ -420,7 +419,7 @@ def _doubts(
 
 
 def _doubt(path: str, value: float, capsule: float) -> Sentence | None:
-    """What may have been meant by a value that can hardly be meant as it stands; None where it can."""
+    """The sentence on an implausible value of an input, and what may have been meant; None for a plausible one."""
     match path.rpartition(".")[2]:
         case "length_m" | "ball_radius_m" | "active_radius_m" if value > LONGEST_M:
             return Sentence("length", {"meant": value / 1e3})
@@ -491,7 +490,7 @@ CAUSES: dict[AlertCode, Cause] = {
 
 
 def causes_of(code: AlertCode, evidence: Evidence) -> Iterator[Sentence]:
-    """What raises an alert: of what the core found, and of what additions found."""
+    """Sentences on what raises an alert, from the findings of the core and of additions."""
     if code in CAUSES:
         yield from CAUSES[code](evidence)
     for finding, result in with_results(evidence.findings):
@@ -511,14 +510,14 @@ def named_alerts(raised: Iterable[Alert], templates: Path | None = None) -> str:
 
 
 def input_alerts(scenario: Scenario) -> tuple[Alert, ...]:
-    """The alerts that the values of a scenario raise before anything is computed: as those of its results."""
+    """The alerts that the values of a scenario raise before anything is computed, in the form of those of results."""
     sweep = scenario.sweep
     swept = None if sweep is None else (sweep.parameter, sweep.from_, sweep.to)
     return _alone(AlertCode.IMPLAUSIBLE_INPUT, _doubts(Device.of(scenario), Membrane.of(scenario), swept))
 
 
 def record_alerts(doubts: Iterable[ShakerFinding]) -> tuple[Alert, ...]:
-    """The alerts that a recorded acceleration raises by itself: as those of results that rest on it."""
+    """The alerts that a recorded acceleration raises by itself, in the form of the alerts of results."""
     return _alone(AlertCode.RECORD_DOUBTFUL, map(doubted, doubts))
 
 

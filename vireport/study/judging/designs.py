@@ -1,4 +1,4 @@
-"""Many designs at once: their stable motions by the closed form, what they come to, and which surely lack what."""
+"""Many designs at once: their stable motions by the closed form, quantities of these, and which designs surely fail."""
 
 from __future__ import annotations
 
@@ -52,12 +52,13 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
     Attributes
     ----------
     scenario : Scenario
-        What they have in common.
+        The scenario that they vary.
     device : Device
     membrane : Membrane or None
-        Both with numbers, or arrays of shape (count,); complex where derivatives are wanted, see
+        Device and membrane have numbers, or arrays of shape (count,); complex where derivatives are wanted, see
         `motions.differentiated_motions`.
     count : int
+        Number of designs.
     """
 
     scenario: Scenario
@@ -99,12 +100,12 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
         with np.errstate(all="ignore"):
             if np.iscomplexobj(groups.d):
                 return differentiated_motions(groups, device.period_ratio)
-            # A restitution that all share is passed as one number: motions are then found five times as fast.
+            # A common restitution is passed as one number: motions are then found five times as fast.
             shared_groups = groups._replace(restitution=device.restitution) if shared else groups
             return find_motions(shared_groups, device.period_ratio)
 
     def from_rest(self) -> Iterator[FromRest]:
-        """What each comes to from rest when it is switched on at once, one after the other, without the compiler.
+        """What each design comes to from rest when it is switched on at once, one by one, without the compiler.
 
         Raises
         ------
@@ -124,7 +125,7 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
         return self.motions.cell[self.rows]
 
     def has_motion(self, slack: float = 0.0) -> Mask:
-        """Whether designs have a stable motion, or one that lacks up to `slack` of it."""
+        """Whether designs have a stable motion, or one that fails the conditions by no more than `slack`."""
         present = np.zeros(self.count, dtype=bool)
         if not self.count:
             return present
@@ -132,7 +133,7 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
         return present
 
     def of_cell(self, x: Arithmetic) -> Any:
-        """A number of the designs, or an array of them, as one of their stable motions."""
+        """A number of the designs, or an array (count,), as a number for each of their stable motions."""
         return np.broadcast_to(np.asarray(x), self.count)[self.cell]
 
     @property
@@ -160,7 +161,7 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def generated(self) -> tuple[Voltages | None, Conversion | None]:
-        """What the impacts of stable motions generate."""
+        """Voltages and converted energy of the impacts of stable motions; None where they cannot be evaluated."""
         return generated(
             self.speeds, self._membranes, map_restitution(self.device.restitution, self.of_cell), self.period_s
         )
@@ -172,16 +173,16 @@ class Designs(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def impacts(self) -> Impacts:
-        """The impacts of stable motions, and what they come to."""
+        """The impacts of stable motions with the quantities that requirements limit."""
         return impacts_of(*self.generated, self._membranes)
 
     def worst(self, values: Floats, least: bool) -> Floats:
-        """Return the least or the largest number of the stable motions of each design; NaN where it has none."""
+        """The least or the largest of the values of stable motions for each design, (count,); NaN without one."""
         return extreme(values, self.cell, self.count, np.minimum if least else np.maximum)
 
 
 def extreme(values: Floats, cell: Ints, count: int, of: np.ufunc) -> Floats:
-    """Least or largest value of the motions of each design, which are in order; NaN where there is none."""
+    """Least or largest value over the motions of each design, which are ordered by design; NaN where it has none."""
     whole, first = np.full(count, np.nan, dtype=values.dtype), np.flatnonzero(np.diff(cell, prepend=-1))
     whole[cell[first]] = of.reduceat(values, first) if cell.size else values
     return whole
@@ -207,7 +208,7 @@ def _of_each(membrane: Membrane, of_cell: Callable[[Any], Any]) -> Membrane:
 def keeps_motion(designs: Designs, share: float | Floats) -> Mask:
     """Whether designs have stable motion where any one input is off by a share, or each by its own, to either side.
 
-    A design has that margin only if so: where this fails, a stable motion ends on the way.
+    This is necessary for such a margin: where it fails, a stable motion ends on the way.
     """
     kept, share = np.ones(designs.count, dtype=bool), np.broadcast_to(share, designs.count)
     for ring in RINGS:
@@ -222,11 +223,11 @@ def keeps_motion(designs: Designs, share: float | Floats) -> Mask:
 
 
 def steps_between(low: float, high: float) -> Iterator[Floats]:
-    """Values of a range, its ends first, then those halfway between the ones before: most of what fails does so early.
+    """Values of a range in batches, its ends first, then midpoints of those before: most that fails does so early.
 
     Values that are tried at once cost hardly more than one.
     """
-    # One design takes some 3 ms for all that is done but once, and 0.5 us for each further value.
+    # One design takes some 3 ms for what is done only once, and 0.5 us for each further value.
     values = np.append(low + (high - low) * np.arange(STEPS) / STEPS, high)
     yield values[[0, -1]]
     step = STEPS
@@ -242,7 +243,7 @@ def at_each_value(designs: Designs, parameter: Parameter, values: Floats) -> Des
 
 
 def may_be_stable(designs: Designs, parameter: Parameter, low: float, high: float) -> Mask:
-    """Whether designs may have stable motion over all of a range of a parameter; where not, they surely have not."""
+    """Whether designs may have stable motion over all of a range of a parameter; if False they surely have not."""
     kept = np.ones(designs.count, dtype=bool)
     for values in steps_between(low, high):
         rows = np.flatnonzero(kept)
