@@ -1,9 +1,9 @@
 """Maximum likelihood of impacts whose times all have errors: the true times are unknowns, as the parameters are.
 
-Errors e of the measured times are the least, sum e^2, with which all equations c(times - e, parameters) = 0 hold:
-condition adjustment with unknowns (Gauss and Helmert). Each equation has three times, so that its normal equations are
-of a matrix with five diagonals, and all takes a time that grows as the record. Averages of the restitutions of single
-impacts would be biased instead: the error of one time is in its neighbours' numerator and denominator.
+The errors e of the measured times have the least sum e^2 with which all equations c(times - e, parameters) = 0 hold:
+condition adjustment with unknowns (Gauss and Helmert). Each equation has three times, so that the matrix of the normal
+equations has five diagonals, and the run time is proportional to the record. An average of the restitutions of single
+impacts would be biased: the error of a time is in the numerator and the denominator of neighbouring ones.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ROUNDING = 1e-14
 
 
 class Prior(Struct, frozen=True):
-    """A value of an input that was measured otherwise than by the record, with its standard deviation, in its unit."""
+    """A value of an input that is known from elsewhere than the record, with its standard deviation, in its unit."""
 
     unknown: Unknown
     value: float
@@ -58,11 +58,11 @@ class Inquiry(Struct, frozen=True):
     Attributes
     ----------
     model : ClockedDevice
-        What the scenario says; unknowns begin with its values.
+        The device of the scenario; unknowns begin with its values.
     unknowns : tuple of Unknown
-        The force's phase last, where the record's clock does not know it.
+        The phase of the force comes last, where the record's clock has no reference to it.
     priors : tuple of Prior
-        Of further inputs, which are known with a tolerance.
+        For further inputs, which are known with a tolerance.
     """
 
     model: ClockedDevice
@@ -75,12 +75,12 @@ class Inquiry(Struct, frozen=True):
         return (*self.unknowns, *(prior.unknown for prior in self.priors))
 
     def begun_with(self, model: ClockedDevice) -> Inquiry:
-        """The search for the same unknowns from another model on."""
+        """The inquiry with the same unknowns that begins with another model."""
         return replace(self, model=model)
 
 
 class Weights:
-    """The covariance of the equations' values for errors of times as `Equations.spread` has them: M = L L'."""
+    """The covariance M = L L' of the equations' values for independent errors of times as in `Equations.spread`."""
 
     def __init__(self, system: Equations) -> None:
         from scipy.linalg import LinAlgError, cholesky_banded  # type: ignore[import-untyped]
@@ -89,7 +89,7 @@ class Weights:
         m = len(k)
         band = np.zeros((3, m))
         band[0] = (1 + SLACK**2) * np.einsum("ij,ij->i", b, b)
-        # Two equations share the times that both are of: two of neighbours, one of the next but one.
+        # Equations of neighbouring impacts share two times, those of the next but one share one.
         for apart in (1, 2):
             if m > apart:
                 steps = k[apart:] - k[:-apart]
@@ -104,7 +104,7 @@ class Weights:
             raise NumericalError("the equations of the impacts are not finite")
 
     def whitened(self, columns: Array) -> Array:
-        """L^-1 times columns (m,) or (m, k): of the equations' values, independent errors of the same deviation."""
+        """L^-1 times columns (m,) or (m, k), which makes errors of the equations' values independent and alike."""
         from scipy.linalg.lapack import dtbtrs  # type: ignore[import-untyped]
 
         flat = columns.reshape(len(columns), -1)
@@ -127,22 +127,22 @@ class Adjusted(Struct, frozen=True, eq=False):
     model : ClockedDevice
     unknowns : tuple of Unknown
     errors : Array (n,)
-        Of the measured times [s].
+        Errors of the measured times [s].
     covariance : Array (p, p)
-        Of the unknowns, in their units.
+        Covariance of the unknowns, in their units.
     information : Array (p, p)
-        What the record alone says of the unknowns for a timing error of 1 s: of an exact record the same.
+        Information of the record alone on the unknowns, for a timing error of 1 s whatever the actual one is.
     freedom : int
-        Equations less what was fitted.
+        Degrees of freedom: number of equations less that of fitted unknowns.
     timing_error_s : float
-        Standard deviation of the errors; of unequal ones that which they are counted in.
+        Standard deviation of the errors [s]; for unequal ones the common factor of their standard deviations.
     equations : Equations
         At the adjusted times.
     innovations : Array (m + q,)
-        What each equation adds to those before it, over its standard deviation: independent, with deviation
+        What each equation adds to those before it, over its standard deviation: independent, with standard deviation
         `timing_error_s`. Then what each prior adds.
     scaled_design : Array (m + q, p)
-        Derivatives of these by the unknowns over their scales.
+        Derivatives of the innovations by the unknowns over their scales.
     scales : Array (p,)
         See `ClockedDevice.scale_of`.
     weights : Weights
@@ -204,15 +204,15 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         system = equations(model, impacts.at(true), unknowns)
         weights = Weights(system)
         around = system.impacts[:, None] + np.arange(-1, 2)
-        # The equations at the measured times, linearised at the times of this step.
-        # Linearised there, and not at the measured times, the iteration converges to the exact conditions.
+        # The equations at the measured times, linearised at the times of this step and not at the measured ones, so
+        # that the iteration converges to the exact conditions.
         misclosure = system.value + np.einsum("ij,ij->i", system.by_time, (times - true)[around])
         white, columns = weights.whitened(misclosure), weights.whitened(system.by_unknown * scales)
         freedom = len(misclosure) - len(unknowns) + len(where)
         if step == 0:
-            # Priors need a variance of the times to be weighed against; before a fit there is only this one.
+            # The weight of priors needs a variance of the times; before a fit there is only this estimate.
             square = float(white @ white) / max(freedom, 1)
-        # Unknowns of which something is known beforehand are observed once more, with a weight.
+        # A prior is one more observation of an unknown, with a weight.
         values = np.array([model.value_of(x) for x in unknowns])
         weight = np.sqrt(square) / stated[:, 1] if len(stated) else np.empty(0)
         more = np.zeros((len(where), len(unknowns)))
@@ -237,7 +237,7 @@ def adjusted(inquiry: Inquiry, impacts: MeasuredImpacts) -> Adjusted:
         values = within(unknowns, values)
         model = model.with_values(unknowns, values)
         error = float(np.sqrt(square))
-        # Of exact times what is left is rounding, below which no step settles.
+        # With exact times only rounding is left, below which no step settles.
         rounding = error < ROUNDING * span
         settled = np.abs(move) <= SETTLED * np.sqrt(square * np.diag(inverse)) + 1e-13
         times_settled = np.abs(move_of_times / shares).max() <= SETTLED * error + ROUNDING * span
@@ -275,7 +275,7 @@ def _solved(design: Array, right: Array, free: Mask) -> tuple[Array, Array]:
     free : Mask (p,)
         Unknowns without priors: only combinations of these may be left open, along which no step is taken.
     """
-    # Combinations of free unknowns that the record leaves open are taken out, so that no step goes along them.
+    # Combinations of free unknowns that the record leaves open are projected out, so that no step goes along them.
     ways = np.eye(len(free))
     if free.any():
         _, s, v = np.linalg.svd(design[:, free], full_matrices=False)

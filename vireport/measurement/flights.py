@@ -1,8 +1,8 @@
-"""What measured impacts must satisfy: an equation for each impact between two flights, and its derivatives.
+"""Equations that measured impacts must satisfy: one for each impact between two flights, with its derivatives.
 
-Two impact times and the phase of the force fix a flight: the equation of positions gives the velocity u just after its
-first impact, that of velocities the velocity W just before its last, Eqs. (2.11), (2.12). So the flights on both sides
-of an impact give its restitution without any further guess, for every motion: c = u + r W = 0.
+Two impact times and the phase of the force determine a flight: Eq. (2.12) for the position gives the velocity u just
+after its first impact, and Eq. (2.11) for the velocity then gives W just before its last. So the flights before and
+after an impact give its restitution, for every motion: c = u + r W = 0.
 """
 
 from __future__ import annotations
@@ -62,20 +62,20 @@ RESTITUTIONS = Unknown.RESTITUTION, Unknown.RESTITUTION_BOTTOM, Unknown.RESTITUT
 
 
 class ClockedDevice(Struct, frozen=True):
-    """A device with the relation of a record's clock to the phase of its force.
+    """A device, and how the clock of a record is related to the phase of the force.
 
     Attributes
     ----------
     device : Device
         With all inputs, constant restitutions and no friction.
     phase : float
-        Of the force at time 0 of the record [rad].
+        Phase of the force at time 0 of the record [rad].
     exponent : float
-        Of the restitution against speed.
+        Exponent with which the restitution depends on speed [-].
     speed : float
-        At which restitutions are stated where they depend on speed [y_c].
+        Speed at which restitutions are stated where they depend on it [y_c].
     drift : float
-        Rate at which the clock's rate changes [1/s]: a time t on it is t + drift t^2/2.
+        Rate at which the clock's rate changes [1/s]: a time t of the clock is taken as t + drift t^2/2.
     """
 
     device: Device
@@ -106,9 +106,9 @@ class ClockedDevice(Struct, frozen=True):
     def scale_of(self, unknown: Unknown, span_s: float) -> float:
         """A change of an unknown, in its unit, that changes a record of a length [s] strongly.
 
-        By it unknowns of different units are compared: 1 of restitutions and exponent, the value of lengths, forces
-        and masses, one radian of an angle, and of frequency and drift what turns the force's phase by a radian between
-        the ends of the record.
+        It makes unknowns of different units comparable: 1 for restitutions and exponent, the value itself for lengths,
+        forces and masses, one radian for an angle, and for frequency and drift the change that turns the force's phase
+        by a radian between the ends of the record.
         """
         turn = 2 * pi * self.device.frequency_hz * span_s
         match unknown:
@@ -135,7 +135,7 @@ class MeasuredImpacts(Struct, frozen=True, eq=False):
     flown : Mask (n - 1,)
         Whether neighbours are the ends of one flight, with no impact missed between them.
     relative : Array (n,) or None
-        Standard errors of the times over a common one; None where they are alike.
+        Standard errors of the times relative to a common one; None where they are equal.
     """
 
     times: Array
@@ -158,7 +158,7 @@ class MeasuredImpacts(Struct, frozen=True, eq=False):
 
     @property
     def errors(self) -> Array:
-        """Standard errors of the times over a common one: (n,)."""
+        """Standard errors of the times relative to a common one, (n,)."""
         return np.ones(len(self)) if self.relative is None else self.relative
 
     def rows(self, kept: Indices, flown: Mask | None = None) -> MeasuredImpacts:
@@ -168,7 +168,7 @@ class MeasuredImpacts(Struct, frozen=True, eq=False):
         return some if flown is None else replace(some, flown=flown)
 
     def first(self, count: int) -> MeasuredImpacts:
-        """So many of the impacts, from the first one on."""
+        """The first `count` impacts."""
         few = np.arange(min(count, len(self)))
         return self.rows(few, self.flown[: max(len(few) - 1, 0)])
 
@@ -187,7 +187,7 @@ class Equations(Struct, frozen=True, eq=False):
     Attributes
     ----------
     impacts : Indices (m,)
-        Row of the impact that each equation is of.
+        Row of the impact to which each equation belongs.
     value : Array (m,)
         c = u + r W [y_c].
     by_time : Array (m, 3)
@@ -197,7 +197,7 @@ class Equations(Struct, frozen=True, eq=False):
     by_unknown : Array (m, p)
         Derivatives by some unknowns.
     relative : Array (m, 3) or None
-        Standard errors of these times over the one that all are counted in; None where they are alike.
+        Standard errors of the three times relative to the common one; None where they are equal.
     """
 
     impacts: Indices
@@ -210,7 +210,7 @@ class Equations(Struct, frozen=True, eq=False):
 
     @property
     def by_error(self) -> Array:
-        """Derivatives by the errors of the three times, each in its own standard error [y_c/s]."""
+        """Derivatives by the errors of the three times, each in its relative standard error, (m, 3) [y_c/s]."""
         return self.by_time if self.relative is None else self.by_time * self.relative
 
     @property
@@ -250,12 +250,12 @@ class _Flights(Struct, frozen=True, eq=False):
 
 
 def _flown(groups: Groups[Any], phase: Any, times: Array, walls: Array) -> _Flights:
-    """Flights between impacts at dimensionless times; of several phases (p, 1) of the force one row for each."""
+    """Flights between impacts at dimensionless times; for several phases of the force (p, 1), one row for each."""
     duration = times[1:] - times[:-1]
     first, last = (groups.wave(pi * t + phase, ARRAYS) for t in (times[:-1], times[1:]))
     # The ball starts from one membrane and arrives at the same one, or a distance d away.
     across = (walls[1:] - walls[:-1]) * groups.d / 2
-    # The velocity with which a flight that begins at rest covers what is missing, Eq. (2.12).
+    # The initial velocity adds to a flight from rest the distance that it lacks, Eq. (2.12).
     covered = flight.displacement(duration, 0.0, first.impulse, first.path, last.path, groups.gbar)
     after = (across - covered) / duration
     before = flight.velocity(duration, after, first.impulse, last.impulse, groups.gbar)
@@ -263,7 +263,7 @@ def _flown(groups: Groups[Any], phase: Any, times: Array, walls: Array) -> _Flig
 
 
 def _by_time(flights: _Flights, gbar: float, first: Indices, slope: Any) -> Array:
-    """Derivatives of c = u + r W by the times of an impact and its two neighbours: (m, 3), or (p, m, 3) of p phases.
+    """Derivatives of c = u + r W by the times of an impact and its two neighbours: (m, 3), or (p, m, 3) for p phases.
 
     From those of a flight's velocities by its two times, Eqs. (2.11), (2.12).
 
@@ -276,7 +276,7 @@ def _by_time(flights: _Flights, gbar: float, first: Indices, slope: Any) -> Arra
     slope : float or Array
         Derivative of r W by W.
     """
-    # An impact ends the flight before it and begins its own: its time is in both.
+    # An impact ends one flight and begins the next: its time is in both.
     last = first - 1
     u, w, duration = flights.after, flights.before, flights.duration
     return np.stack(
@@ -298,7 +298,7 @@ def around_phases(
     Parameters
     ----------
     model : ClockedDevice
-        An exponent is not looked at.
+        Its exponent is ignored.
     impacts : MeasuredImpacts
     phases : Array (p,)
         Of the force at time 0 [rad].
@@ -325,12 +325,12 @@ def dimensionless(model: ClockedDevice, t: Any) -> Any:
 
 
 def _between(impacts: MeasuredImpacts) -> Indices:
-    """Rows of impacts between two flights that are known to be one flight each."""
+    """Rows of impacts with a single flight known to be on either side."""
     return np.flatnonzero(impacts.flown[:-1] & impacts.flown[1:]) + 1
 
 
 def equations(model: ClockedDevice, impacts: MeasuredImpacts, unknowns: tuple[Unknown, ...] = ()) -> Equations:
-    """The equations of all impacts between two flights that are known to be one flight each.
+    """The equations of all impacts with a single flight known to be on either side.
 
     Parameters
     ----------
@@ -362,7 +362,7 @@ def equations(model: ClockedDevice, impacts: MeasuredImpacts, unknowns: tuple[Un
 
 
 class _Rebounds(Struct, frozen=True, eq=False):
-    """Impacts between two known flights, and what their derivatives share.
+    """Impacts between two known flights, with numbers that are common to derivatives by all unknowns.
 
     Attributes
     ----------
@@ -394,7 +394,7 @@ def _column(
     around = np.stack([last, first, first + 1], axis=1)
 
     def moved(by: Array) -> Array:
-        """The change of the equations where the dimensionless times move."""
+        """The change of the equations when the dimensionless times move by some amounts (n,)."""
         return np.asarray(np.einsum("ij,ij->i", rebounds.by_time, by[around]))
 
     # A phase of the force is the same change of all times; a drift of the clock one that grows with their squares.
@@ -409,8 +409,8 @@ def _column(
     # d and gbar are in the velocities of both flights, by (2.12); the restitution is in c alone.
     sides, duration, slope = impacts.walls[1:] - impacts.walls[:-1], flights.duration, rebounds.slope
     column = np.where(rebounds.wall > 0, by_bottom, by_top) * rebounds.share * w
-    # A unit of distance more adds 1/duration to both velocities of a flight across; a unit of gravity takes half the
-    # duration off the first, and adds as much to the last.
+    # One unit more of distance adds 1/duration to both velocities of a flight across; one unit of gravity takes half
+    # the duration off the first velocity, and adds as much to the last.
     column = column + by_d / 2 * (sides[first] / duration[first] + slope * sides[last] / duration[last])
     column = column + by_gbar / 2 * (slope * duration[last] - duration[first])
     if varied is DesignInput.FREQUENCY:

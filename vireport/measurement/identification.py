@@ -1,8 +1,8 @@
-"""What measured impacts say of a device: the most likely inputs with their covariance, or why they say nothing.
+"""Identification of a device from measured impacts: the most likely inputs with covariance, or why there are none.
 
-A strictly periodic record holds few numbers, however long it is: of 1:1 motion one where its clock does not know the
-force, two where it does. What a record leaves open shows in the information that the fitted motion itself has of the
-unknowns, which no noise can add to.
+A strictly periodic record holds few numbers, however long it is: for 1:1 motion one if its clock has no reference to
+the force, two if it has. What a record leaves open is found from the information that the fitted motion, free of noise,
+has on the unknowns.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Unfit(Enum):
 
 
 class NoFit(Struct, frozen=True):
-    """Why a record was not explained, with the number that says so: a time [s], a share or a restitution."""
+    """Why a record was not explained, with the number that shows it: a time [s], a share or a restitution."""
 
     failure: Unfit
     value: float
@@ -97,16 +97,16 @@ class Open(Struct, frozen=True):
     Attributes
     ----------
     combination : tuple of (Unknown, float)
-        Changes of unknowns that together leave all impact times as they are, in their units; none where there are
+        Changes of unknowns, in their units, that together leave all impact times unchanged; empty where there are
         several separate answers, or too few impacts.
     answers : tuple of tuple of (Unknown, float)
         Separate values of the unknowns that explain the record equally well.
     impacts : int
-        Impacts that are needed; 0 where more of the same do not help.
+        Number of impacts that are needed; 0 where more of the same motion do not help.
     unstable : bool
         Whether all fits are unstable motions, which do not last.
     failed : NoFit or None
-        Why no fit was found that could be held against the model.
+        Why no fit was found, where the search rather than the model may have failed.
     """
 
     combination: tuple[tuple[Unknown, float], ...] = ()
@@ -157,7 +157,7 @@ class Fitted(Struct, frozen=True, eq=False):
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
-        """Stretches of the record in which impacts were missed."""
+        """Gaps of the record in which impacts were missed."""
         return self.screened.gaps
 
     @property
@@ -169,14 +169,14 @@ class Fitted(Struct, frozen=True, eq=False):
 def fit(
     inquiry: Inquiry, impacts: MeasuredImpacts, say: Progress = lambda what: None, within_s: float = np.inf
 ) -> Fitted | NoFit:
-    """Fit a device to a record of impacts: the most likely unknowns, with what of the record is no impact or missed.
+    """Fit a device to a record of impacts: the most likely unknowns, and which rows are no impacts or were missed.
 
     Parameters
     ----------
     inquiry : Inquiry
     impacts : MeasuredImpacts
-        As measured, with nothing doubted. The first guess, in which what is far off counts little, is without their
-        standard errors.
+        As measured, with no row left out. The first guess, which gives outliers little weight, ignores their standard
+        errors.
     say : callable
         Called with each step as it begins.
     within_s : float
@@ -201,7 +201,7 @@ def fit(
         tried.append(_settled(inquiry.begun_with(start), impacts, within_s))
     fits = [fitted for fitted in tried if isinstance(fitted, Fitted)]
     if Unknown.PHASE in unknowns and (doubted := [fitted for fitted in fits if fitted.gaps or fitted.false]):
-        # What was missed may hide another answer from the search, or the only one: look for it in what is left.
+        # Missed impacts may hide another answer, or the only one, from the search: it is repeated without them.
         clean = min(doubted, key=lambda fitted: fitted.lost).screened
         more = starts(inquiry, alike.rows(clean.kept, clean.flown).first(first))
         more = [start for start in more if not any(same_start(start, other, unknowns) for other in begun)]
@@ -255,7 +255,7 @@ def _settled(inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float) -> Fit
         except NumericalError:
             return NoFit(Unfit.NO_MOTION, error)
         model = adjustment.model
-        # What was not recognised yet makes the fit's own error larger, and would hide in it.
+        # False or missed impacts that are not recognised yet enlarge the error of the fit, in which they would hide.
         error = min(adjustment.timing_error_s, 2 * typical(equations(model, kept), MANY))
         if error > LARGEST_TIMING_ERROR * period:
             return NoFit(Unfit.SCATTER, error)
@@ -273,7 +273,7 @@ def _settled(inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float) -> Fit
 
 
 def _impossible(adjustment: Adjusted) -> NoFit | None:
-    """Why a fit is refused that has a restitution surely below 0 or above 1; None of any other."""
+    """Why a fit with a restitution surely below 0 or above 1 is refused; None for any other fit."""
     for x in adjustment.unknowns:
         if x in RESTITUTIONS:
             value, margin = adjustment.model.value_of(x), 5 * adjustment.deviation_of(x)
@@ -285,8 +285,8 @@ def _impossible(adjustment: Adjusted) -> NoFit | None:
 def _beyond_noise(adjustment: Adjusted) -> Indices:
     """Flights on both sides of impacts whose equations fail by more than errors of the times explain.
 
-    Where several impacts were missed or false together, one that is left may keep within what screening lets pass, and
-    would still outweigh hundreds.
+    Where several impacts together were missed or false, screening may let one of them pass, which would outweigh
+    hundreds of good ones.
     """
     size = np.abs(adjustment.innovations[: len(adjustment.equations.impacts)])
     most = LARGEST_INNOVATION * max(1.4826 * float(np.median(size)), exact_below(adjustment.model))
@@ -337,7 +337,7 @@ def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
         for fitted in good:
             _require_information(fitted.adjusted, unknowns)
         raise Unidentifiable(Open(unstable=True))
-    # A fit that gets rid of more of the record explains less of it.
+    # A fit that leaves out more of the record explains less of it.
     fewest = min(fitted.lost for fitted in lasting)
     good = [fitted for fitted in lasting if fitted.lost <= 1.5 * fewest + 3]
     for fitted in good:
@@ -350,7 +350,7 @@ def _only(fits: list[Fitted], unknowns: tuple[Unknown, ...]) -> Fitted:
 
 
 def _alike(one: Fitted, other: Fitted) -> bool:
-    """Whether two fits are the same but for turns of the phase."""
+    """Whether two fits are the same but for whole turns of the phase."""
     a, b = one.adjusted, other.adjusted
     turned = np.cos(a.model.phase - b.model.phase) > 1 - 1e-5
     values = ((a.model.value_of(x), b.model.value_of(x), a.deviation_of(x)) for x in a.unknowns if x != Unknown.PHASE)
@@ -372,16 +372,16 @@ def _require_information(adjustment: Adjusted, unknowns: tuple[Unknown, ...]) ->
     deviation = adjustment.timing_error_s / np.sqrt(max(float(values[0]), 1e-300))
     if values[0] > LEAST_SHARE**2 * values[-1] and deviation < WIDEST:
         return
-    # The eigenvector of the least eigenvalue is the change of unknowns that the times see least.
+    # The eigenvector of the least eigenvalue is the change of unknowns that affects the times least.
     worst = vectors[:, 0] / vectors[np.argmax(np.abs(vectors[:, 0])), 0]
     parts = tuple((x, 0.01 * float(v * s)) for x, v, s in zip(unknowns, worst, scales, strict=True) if abs(v) > 0.02)
     raise Unidentifiable(Open(combination=parts))
 
 
 def _unstable(fitted: Fitted) -> bool:
-    """Whether a record repeats a pattern of impacts, within the timing error, that the fitted device leaves at once.
+    """Whether a record repeats a pattern of impacts, within the timing error, that is unstable for the fitted device.
 
-    That is, for so long that a deviation that was far below the timing error would have grown beyond it.
+    It must repeat for so long that a deviation far below the timing error would have grown beyond it.
     """
     kept = fitted.kept
     walls, flown = kept.walls, kept.flown
@@ -392,7 +392,7 @@ def _unstable(fitted: Fitted) -> bool:
         both = flown[:-count] & (together[count:] == together[:-count])
         off = np.abs(flights[count:] - flights[:-count]) > 10 * fitted.adjusted.timing_error_s
         off |= walls[count:-1] != walls[: -count - 1]
-        # Ends of the stretches of flights that are as those before them.
+        # Ends of the stretches of flights that repeat those before them.
         ends = np.concatenate([[-1], np.flatnonzero(off | ~both), [len(off)]])
         for start in np.flatnonzero(np.diff(ends) > 2 * count):
             low, high = np.searchsorted(fitted.adjusted.equations.impacts, ends[start : start + 2] + count)
@@ -408,8 +408,8 @@ def growth(fitted: Fitted) -> float:
 
 def growth_rates(fitted: Fitted) -> Array:
     """Logarithms of the growth of small deviations from the fitted motion at each of its equations."""
-    # A deviation of the times of two impacts fixes that of the third, by the linearised equation. Any deviation grows
-    # as the fastest in the long run: it begins with numbers that are no special direction.
+    # Deviations of the times of two impacts determine that of the third, by the linearised equation. In the long run
+    # any deviation grows as the fastest one; the initial numbers are no special direction.
     last, current, rates = 0.3, 1.0, []
     for b, c, d in fitted.adjusted.equations.by_time.tolist():
         last, current = current, -(b * last + c * current) / d

@@ -1,4 +1,4 @@
-"""The identification of a device from a record of impacts, from the scenario and its tolerances to the answer."""
+"""Identification of a device from a record of impacts: from the scenario and its tolerances to the answer."""
 
 from __future__ import annotations
 
@@ -63,12 +63,12 @@ class Identification(Struct, frozen=True, eq=False):
     ----------
     inquiry : Inquiry
     fit : Fitted or NoFit
-        Its times are counted from `origin_s`.
+        The fitted device and impacts, with times counted from `origin_s`, or why there is none.
     misfit : Misfit
     origin_s : float
         Time on the record's clock from which the force's phase is counted [s].
     rounding : Rounding or None
-        The step that times are rounded to, where that is the larger part of their errors.
+        The step that times are rounded to, if rounding is the larger part of their errors; else None.
     """
 
     inquiry: Inquiry
@@ -79,7 +79,7 @@ class Identification(Struct, frozen=True, eq=False):
 
     @property
     def identified(self) -> tuple[IdentifiedInput, ...]:
-        """The inputs that are identified; none where the model does not fit."""
+        """The inputs that are identified; () where the model does not fit."""
         if not self.misfit.accepted or not isinstance(self.fit, Fitted):
             return ()
         from scipy.special import stdtrit  # type: ignore[import-untyped]
@@ -137,7 +137,7 @@ def tolerance_priors(block: TolerancesBlock | None, device: Device, unknowns: tu
     """Priors of the inputs that are not identified, from their tolerances as standard deviations."""
     if block is None:
         return ()
-    # A prior of the mean of both restitutions would bind those that are identified, and the other way round.
+    # A prior of the mean of both restitutions would constrain those that are identified, and vice versa.
     taken = set(unknowns) | (set(RESTITUTIONS) if set(RESTITUTIONS) & set(unknowns) else set())
     normal = block.distribution is Distribution.NORMAL
     priors = []
@@ -146,7 +146,7 @@ def tolerance_priors(block: TolerancesBlock | None, device: Device, unknowns: tu
             continue
         value = float(device.value_of(varied))
         half = block.half_width(varied, value)
-        # A tolerance is three standard deviations of a normal distribution, and the root of 3 of a uniform one.
+        # A tolerance is three standard deviations of a normal distribution, or root 3 of them for a uniform one.
         if half > 0:
             priors.append(Prior(Unknown(varied.value), value, half / (3 if normal else sqrt(3))))
     return tuple(priors)

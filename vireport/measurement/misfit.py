@@ -1,8 +1,8 @@
 """Tests of whether a model fits a record, against named alternatives, and what a record cannot test.
 
-The errors of the times are known only from the record itself, so that their size says little; that they are independent
-of one another, and of everything a wrong input would change, does. Every alternative has one parameter more. What it
-would take from the sum of squares, over what is left, is distributed as F where the model is true.
+The errors of the times are known only from the record itself, so that their size is no test. The tests are that they
+are independent of one another, and uncorrelated with the effect of any wrong input. Every alternative has one parameter
+more. By how much it reduces the sum of squares, over what is left, has an F distribution if the model is true.
 """
 
 from __future__ import annotations
@@ -74,23 +74,23 @@ class BetterFit(Struct, frozen=True):
     Attributes
     ----------
     swapped : bool
-        Whether it is the scenario's with bottom and top exchanged.
+        Whether it is the scenario's model with bottom and top exchanged.
     unknown : Unknown or None
-        The input that has another value; None of exchanged membranes.
+        The input that has another value; None for exchanged membranes.
     value, standard_error : float
-        That value, in its unit, if no other input is wrong.
+        Value of that input and its standard error, in its unit, if no other input is wrong.
     timing_error_s : float
-        Of the better fit [s].
+        Timing error of the better fit [s].
     others : tuple of Unknown
-        Other inputs of which any, alone, would fit about as well.
+        Other inputs that would each, alone, fit about as well.
     restitutions : tuple of (Unknown, float)
-        That were fitted with an exponent, at the speed; none with anything else.
+        The restitutions that were fitted with an exponent, at `speed_m_s`; () for any other unknown.
     speed_m_s : float
-        At which they are stated.
+        Speed at which the restitutions are stated [m/s].
     clock_off : float
-        By how much the record's clock runs fast, as a share of the time, if the frequency is what the scenario says.
+        Relative amount by which the record's clock runs fast, if the frequency is what the scenario says.
     clock_accepted : float
-        Up to how much, either way, this record's test of the frequency accepts. Both 0 of anything else.
+        Largest such amount, of either sign, that the test of the frequency accepts. Both are 0 for other unknowns.
     """
 
     swapped: bool
@@ -106,16 +106,15 @@ class BetterFit(Struct, frozen=True):
 
 
 class Hidden(Struct, frozen=True):
-    """An input that may be wrong by much and would hardly show, as what is fitted makes up for it.
+    """An input that may be wrong by much and would hardly show, as fitted unknowns compensate for it.
 
     Attributes
     ----------
     unknown : Unknown
     off : float
-        By how much it may be wrong either way for no test to reject the model, in its unit.
+        Largest error of either sign, in its unit, with which no test rejects the model.
     moves : tuple of (Unknown, float)
-        By how much each restitution that is fitted is then wrong: with the sign that it has where the input is too
-        large.
+        Error of each fitted restitution then, with the sign for an input that is too large.
     """
 
     unknown: Unknown
@@ -129,18 +128,19 @@ class Misfit(Struct, frozen=True):
     Attributes
     ----------
     statistic : float or None
-        Of the test with the smallest probability: F of an alternative, or the sum of squares of correlations.
+        Statistic of the test with the smallest probability: F of an alternative, or the Ljung-Box statistic.
     p_value : float or None
-        That probability times the number of tests. Both None where nothing was left to test.
+        That probability times the number of tests. Both are None where nothing was left to test.
     accepted : bool
+        Whether no test rejects the model.
     alternative : Unknown or None
-        The test's alternative; None of the correlation of errors with those of neighbouring impacts.
+        The alternative of that test; None for the test of correlation between errors of neighbouring impacts.
     failure : NoFit or None
         Why there was no fit to test.
     explanation : BetterFit or None
-        What fits instead, if something does.
+        A model that fits instead, if there is one.
     untested : tuple of Unknown
-        What might be wrong and would not show in this record.
+        Inputs that might be wrong and would not show in this record.
     swapped_untested : bool
         Whether exchanged membranes would not show.
     distortion_untested : bool
@@ -148,7 +148,7 @@ class Misfit(Struct, frozen=True):
     hidden : tuple of Hidden
         Inputs that may be wrong by much and would hardly show.
     by_flights : int
-        Flights that had to be left out and that the explanation explains, where it is these that reject the model.
+        Number of flights that were left out and that `explanation` explains, if these reject the model; else 0.
     """
 
     statistic: float | None
@@ -179,7 +179,7 @@ def judged(
     Raises
     ------
     Unidentifiable
-        If it may be the search that failed and not the model.
+        If the search may have failed rather than the model.
     """
     say(WorkStep("testing the model", 0.0))
     if isinstance(fitted, NoFit):
@@ -201,7 +201,7 @@ def judged(
 
 
 def tested(fitted: Fitted, fitted_unknowns: set[Unknown]) -> tuple[Misfit, tuple[Unknown, ...]]:
-    """Test a fit against the alternatives that were not fitted themselves; also those that it finds likely."""
+    """Test a fit against the alternatives that were not fitted; the verdict, and the alternatives that are likely."""
     tests, untested, hidden = _tests(fitted, fitted_unknowns)
     unseen = _hides_distortion(fitted)
     if not tests:
@@ -257,7 +257,7 @@ def _tests(
             continue
         off = _accepted_up_to(adjustment.freedom) * adjustment.timing_error_s / length
         if x in MAY_HIDE and off > HARDLY:
-            # Beyond its whole value, or 90 degrees, an input cannot be off.
+            # The error of an input is at most its whole value, or 90 degrees.
             off = min(off, 90.0 / scale if x is Unknown.INCLINATION else 1.0)
             hidden.append(Hidden(x, float(off * scale), _made_up_for(adjustment, off * change)))
         less = float(column @ adjustment.innovations / length) ** 2
@@ -274,21 +274,21 @@ def _tests(
 
 
 def _made_up_for(adjustment: Adjusted, change: Array) -> tuple[tuple[Unknown, float], ...]:
-    """Changes of the fitted restitutions that make up for a change of the whitened residuals."""
+    """Changes of the fitted restitutions that compensate for a change of the whitened residuals."""
     moved = -adjustment.scales * np.linalg.lstsq(adjustment.scaled_design, change, rcond=None)[0]
     return tuple((x, float(by)) for x, by in zip(adjustment.unknowns, moved, strict=True) if x in RESTITUTIONS)
 
 
 def _accepted_up_to(freedom: int) -> float:
-    """Standard errors by which an input may be off for its test to accept the model."""
+    """Number of standard errors by which an input may be off without its test rejecting the model."""
     from scipy.special import fdtri
 
-    # Of as many tests as there can be each has its share of the level.
+    # The level is shared by as many tests as there can be.
     return float(np.sqrt(fdtri(1, freedom, 1 - LEVEL / (len(ALTERNATIVES) + 1))))
 
 
 def _beyond_fitted(adjustment: Adjusted, white: Array) -> Array:
-    """The part of whitened columns (m, k) that is orthogonal to all changes of what was fitted."""
+    """The part of whitened columns (m, k) that is orthogonal to all changes of fitted unknowns."""
     basis = (
         np.linalg.qr(adjustment.scaled_design)[0] if adjustment.scaled_design.shape[1] else np.zeros((len(white), 0))
     )
@@ -298,7 +298,7 @@ def _beyond_fitted(adjustment: Adjusted, white: Array) -> Array:
 
 
 def _hides_distortion(fitted: Fitted) -> bool:
-    """Whether some second harmonic of the force changes no more than what was fitted makes up for."""
+    """Whether the effect of some second harmonic of the force could be compensated by the fitted unknowns."""
     adjustment, explained = fitted.adjusted, fitted.explained
     device, base = adjustment.model.device, equations(adjustment.model, explained).value
     white = np.zeros((len(adjustment.innovations), 2))
@@ -314,9 +314,9 @@ def _hides_distortion(fitted: Fitted) -> bool:
 def _exchanged(
     inquiry: Inquiry, impacts: MeasuredImpacts, within_s: float, explaining: bool = False
 ) -> BetterFit | None:
-    """The fit with bottom and top exchanged, if there is one with a timing error that is no larger than this [s].
+    """The fit with bottom and top exchanged; None where its timing error would exceed `within_s` [s].
 
-    One that is to be `explaining` leaves nothing but noise as well.
+    If it is to be `explaining`, it must leave nothing but noise as well.
     """
     try:
         swapped = fit(inquiry, impacts.exchanged(), within_s=within_s)
@@ -345,9 +345,9 @@ def _explanation(
 
 
 def _of_flights_left_out(fitted: Fitted, inquiry: Inquiry, impacts: MeasuredImpacts) -> BetterFit | None:
-    """The model that explains flights that an accepted fit has left out as if impacts were missing there.
+    """The model that explains flights which an accepted fit has left out as if impacts were missing there.
 
-    What is left of a record that settles may be its periodic motion alone, to which wrong inputs can be fitted.
+    Without these, only the periodic motion at the end of a record may be left, to which wrong inputs can be fitted.
     """
     most = fitted.lost - FLIGHTS_EXPLAINED
     return _best(other for other in _explaining(inquiry, impacts, ALTERNATIVES) if other[1].lost <= most)
@@ -379,8 +379,8 @@ def _explaining(
 
 
 def _best(fits: Iterable[tuple[BetterFit, Fitted]]) -> BetterFit | None:
-    """The fit that leaves out the fewest flights, with the least error, and what would fit as well."""
-    # Flights left out weigh more than the error: whoever leaves out what does not fit has a small error.
+    """The fit that leaves out the fewest flights, of these the one with the least error, and what fits as well."""
+    # Flights left out weigh more than the error, which is small if whatever does not fit is left out.
     candidates = list(fits)
     if not candidates:
         return None
@@ -405,7 +405,7 @@ def _of_clock(better: BetterFit, stated_hz: float, freedom: int) -> BetterFit:
 def _explains(other: Fitted, alternative: Unknown | None, inquiry: Inquiry) -> bool:
     """Whether a fit leaves nothing but the noise of the record, by the tests that reject the scenario's model.
 
-    One that leaves more has another cause, which it makes up for in part: a harmonic of the force, friction.
+    If it leaves more, the cause is another one, for which it compensates in part: a harmonic of the force, friction.
     """
     adjustment = other.adjusted
     if alternative is Unknown.EXPONENT and adjustment.model.exponent > SURELY * adjustment.deviation_of(alternative):

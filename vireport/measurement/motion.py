@@ -1,8 +1,8 @@
 """The motion that a record shows: velocities, phases and flight times of its impacts, its word, and their errors.
 
-Positions and velocities at both ends of a flight follow from its two times and the force's phase, Eqs. (2.11), (2.12):
-no restitution is needed. The errors of the times, of what is fitted to them, and of the inputs
-are carried linearly, with their correlations.
+Velocities at both ends of a flight follow from its two times and the force's phase, Eqs. (2.11), (2.12): no restitution
+is needed. The errors of the times, of fitted unknowns, and of the inputs are propagated linearly, with their
+correlations.
 """
 
 from __future__ import annotations
@@ -77,17 +77,17 @@ class MeasuredMotion(Struct, frozen=True, eq=False):
     Attributes
     ----------
     word : Word
-        Its impacts, the alphabetically first of the orders that they can be counted in.
+        Its impacts, as the alphabetically first of the rotations.
     from_s : float
-        Time of the record from which it repeats itself [s].
+        Time of the record from which the motion repeats itself [s].
     impacts : int
-        That the means are of.
+        Number of impacts that are averaged.
     values : Array (6, N)
         A row for each `Quantity`: [y_c], [y_c], [rad] (not reduced to a turn), [t_c], [m/s], [m/s].
     restitutions : Array (2,)
         Of the bottom and of the top membrane: as fitted to the record, or as the scenario has them.
     covariance : Array (6 N + 2, 6 N + 2)
-        Of the values, row by row, and the restitutions.
+        Covariance of the values, row by row, and of the restitutions.
     """
 
     word: Word
@@ -144,9 +144,9 @@ def measured(
 ) -> Measured | NoFit:
     """Evaluate velocities, phases and the motion of a device from a record of its impacts.
 
-    Both restitutions are fitted to the record as well, so that nothing depends on those of the scenario; without a
-    reference to the force also its phase. Where a record does not hold all of it, which a periodic one without
-    reference does not, only the phase is, with the restitutions of the scenario.
+    Both restitutions are fitted to the record, so that nothing depends on those of the scenario, and without a
+    reference to the force also its phase. Where a record does not determine all of these, as a periodic one without
+    reference, only the phase is fitted, with the restitutions of the scenario.
 
     Parameters
     ----------
@@ -154,9 +154,9 @@ def measured(
         As it was when the impacts were recorded.
     record : Record
     tolerances : TolerancesBlock or None
-        Of the device's inputs.
+        Tolerances of the device's inputs.
     maximum : ForceMaximum or None
-        How the record's clock stands to the force, where that is known.
+        A time of the record's clock at which the force is largest; None where that is not known.
     say : callable
         Called with each step as it begins.
 
@@ -189,7 +189,7 @@ def _read(fitted: Fitted, unknowns: tuple[Unknown, ...], origin_s: float) -> Mea
     around = np.pad(impacts.errors, 1, mode="edge")
     by_time *= np.stack([around[:-2], around[1:-1], around[2:]], axis=1)  # by errors, each in its own standard error
     by_unknown = _by_unknown(adjustment, impacts)
-    # Of a single impact what its own times do to what is fitted to all is left out.
+    # The effect of the times of a single impact on the unknowns fitted to all is neglected.
     variance = adjustment.timing_error_s**2 * np.einsum("qkj,qkj->qk", by_time, by_time)
     variance += np.einsum("qkp,pr,qkr->qk", by_unknown, adjustment.covariance, by_unknown)
     motion = None
@@ -227,12 +227,12 @@ def _values(model: ClockedDevice, impacts: MeasuredImpacts) -> Array:
 def _by_time(model: ClockedDevice, impacts: MeasuredImpacts) -> Array:
     """Derivatives of the quantities of each impact by the times of the one before it, its own and the next, (6, n, 3).
 
-    What does not depend on a time has the derivative 0 also where the quantity is not known.
+    Where a quantity does not depend on a time the derivative is 0, even if the quantity is not known.
     """
     step = STEP / float(model.device.frequency_hz)
     place = np.arange(len(impacts))
     by_time = np.zeros((len(Quantity), len(impacts), 3))
-    # An impact depends on three times in a row: every third time is moved at once.
+    # The quantities of an impact depend on three successive times: every third time is moved at once.
     for first in range(3):
         moved = step * (place % 3 == first)
         later, earlier = (impacts.at(impacts.times + way * moved) for way in (1, -1))
@@ -277,7 +277,7 @@ def _repeating(fitted: Fitted) -> _Repeating | None:
         first = np.flatnonzero(lost[count:] == lost[:-count])
         if len(first) < LEAST_REPEATS * count:
             continue
-        # Whether impacts repeat after so many shows in the time they take: a whole number of forcing periods.
+        # Impacts that repeat after `count` of them take a whole number of forcing periods for these.
         off = times[first + count] - times[first]
         periods = round(float(np.median(off[-LEAST_REPEATS * count :])) * frequency)
         differs = (np.abs(off - periods / frequency) > np.maximum(same[first], same[first + count])) | (
@@ -286,7 +286,7 @@ def _repeating(fitted: Fitted) -> _Repeating | None:
         start = int(first[np.flatnonzero(differs)[-1]]) + 1 if differs.any() else 0
         if periods < 1 or int(np.sum(first >= start)) < LEAST_REPEATS * count:
             continue
-        # Chaos comes near a motion that repeats itself, and stays for some periods, but that repels.
+        # Chaotic motion comes near periodic ones and stays for some periods, but these are unstable.
         decay = -float(rates[of_rates >= start].mean())
         if not decay > 0:
             continue
@@ -298,9 +298,9 @@ def _repeating(fitted: Fitted) -> _Repeating | None:
 def _dying(decay: float, count: int, impacts: int) -> int:
     """Impacts to leave out until a transient no longer shows in the mean of those that follow.
 
-    A deviation that differs by `SAME` timing errors from itself a period later is up to 1/(1 - rho) times as large,
-    where rho is what a period of `count` impacts leaves of it, and lasts for 1/decay impacts. Where it dies so slowly
-    that little would be left, half of the impacts are, and have to be steady.
+    A deviation that changes by `SAME` timing errors in a period is up to 1/(1 - rho) times as large as its change,
+    where rho is the share of it that is left after a period of `count` impacts, and decays within 1/decay impacts.
+    Where it decays so slowly that little would be left, half of the impacts are kept, and have to be steady.
     """
     largest = SAME / -np.expm1(-decay * count) / decay
     wanted = int(np.ceil(max(np.log(largest / (HIDDEN * np.sqrt(impacts))), 0.0) / decay))
@@ -328,13 +328,13 @@ def _steady(fitted: Fitted, lost: Indices, tail: tuple[int, int, int]) -> _Repea
     times, walls = impacts.times, impacts.walls.astype(int)
     errors = fitted.adjusted.timing_error_s * impacts.errors
     period = periods / float(fitted.adjusted.model.device.frequency_hz)
-    # Each impact by the one of the first whole period whose phase it has; missed ones leave a gap and no mistake.
+    # Each impact is assigned to the one of the first whole period with its phase, so that missed ones do no harm.
     whole = next(k for k in range(start, len(times) - count) if lost[k + count] == lost[k])
     letters = Word(tuple(walls[whole : whole + count].tolist()), periods)
     canonical = letters.canonical()
     turned = letters.firsts(canonical)[0]
     begun = times[whole : whole + count]
-    # Cut off a quarter at a time until both halves have the same means: a transient shows as their difference.
+    # A quarter is cut off at a time until both halves have the same means: a transient makes them differ.
     while True:
         rows = np.arange(start, len(times))
         apart = (times[rows, None] - begun + period / 2) % period - period / 2
@@ -370,7 +370,7 @@ def _mean(
         for quantity in Quantity:
             chosen = rows[np.isfinite(values[quantity, rows])]
             seen = values[quantity, chosen]
-            if quantity is Quantity.PHASE:  # but for whole turns the same impact has the same one
+            if quantity is Quantity.PHASE:  # the same impact has the same phase but for whole turns
                 seen = seen[0] + (seen - seen[0] + pi) % turn - pi
             means[quantity, place] = seen.mean()
             for offset in range(3):
@@ -398,14 +398,14 @@ def _covariance(adjustment: Adjusted, of_times: Array, of_unknowns: Array) -> Ar
     square = adjustment.timing_error_s**2
     if square == 0:
         return np.zeros((len(of_times), len(of_times)))
-    # What is fitted moves by -inverse design' (L^-1 B e), with e the errors of the times, and that of each prior.
+    # Fitted unknowns move by -inverse design' (L^-1 B e), with e the errors of the times and of each prior.
     gain = (adjustment.covariance / square / adjustment.scales) @ adjustment.scaled_design.T
     m = len(adjustment.equations.impacts)
     on_equations = adjustment.weights.returned(np.ascontiguousarray(gain[:, :m].T))
     moved = np.zeros((of_times.shape[1], gain.shape[0]))
     around = adjustment.equations.impacts[:, None] + np.arange(-1, 2)
     np.add.at(moved, around, -adjustment.equations.by_error[:, :, None] * on_equations[:, None, :])
-    # A time moves a quantity by itself, and through all that is fitted to it.
+    # A time affects a quantity directly, and through the unknowns that are fitted to the times.
     whole = of_times + of_unknowns @ moved.T
     priors = of_unknowns @ gain[:, m:]
     return np.asarray(square * (whole @ whole.T + priors @ priors.T))

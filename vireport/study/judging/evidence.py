@@ -1,4 +1,4 @@
-"""What a scenario is judged by, and the lines of its acceptance table: limits, what they come to, and why."""
+"""The evidence that a scenario is judged by, and the lines of its acceptance table: limits, judgements and reasons."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ FINEST = 5e-7
 class Limit(Struct, frozen=True, eq=False):
     """The limit of a requirement: a number or the ends of a range, ascending, with their unit, or the words of motions.
 
-    `usual` where the scenario does not give it.
+    `usual` is true where the scenario does not give the limit.
     """
 
     kind: LimitKind
@@ -72,27 +72,27 @@ class Limit(Struct, frozen=True, eq=False):
 
     @property
     def is_least(self) -> bool:
-        """Whether the least value counts, of several; else the largest does."""
+        """Whether the least of several values is held against the limit; else the largest is."""
         return self.kind is LimitKind.AT_LEAST
 
 
 class Judgement(Struct, frozen=True, eq=False):
-    """What a requirement comes to.
+    """The judgement of a requirement.
 
     Attributes
     ----------
     value : float or None
-        None where there is none, or what is required is not known. Of a range, how much of it is covered.
+        The value that is judged; for a range, how much of it is covered. None where it is not known or is no number.
     text : str or Phrase
-        The value, with its unit, or what there is instead.
+        The value with its unit, or what there is instead.
     margin : float or None
         How far the value is on the right side of the limit, in the limit's unit, negative on the wrong one; of a
         range, how far stable motion goes beyond it.
     passed : bool
     why : str or Phrase
-        Where the value comes from, or why the requirement is not met; "" where nothing is to be said.
+        Where the value comes from, or why the requirement is not met; "" for no remark.
     error_bound : float
-        Of the value, and so of the margin; a requirement that it leaves undecided is not met.
+        Error bound of the value, and so of the margin; a requirement that it leaves undecided is not met.
     """
 
     value: float | None
@@ -106,8 +106,8 @@ class Judgement(Struct, frozen=True, eq=False):
 class Criterion(Struct, frozen=True, eq=False):
     """A line of the acceptance table.
 
-    `key` is the first of two that belong together, and `question` that of the verdict to which it belongs. `line` is
-    that of the scenario's file; None where an override gives the limit, or it is the usual one.
+    `key` is the requirement's key, the first of two that belong together; `question` is the question of the verdict to
+    which it belongs. `line` is the line of the scenario's file; None for a limit by an override, or a usual one.
     """
 
     key: str
@@ -128,12 +128,12 @@ class Criterion(Struct, frozen=True, eq=False):
 
     @property
     def names_motions(self) -> bool:
-        """Whether it says which motions may be stable, so that one that is may be another than the 1:1 motion."""
+        """Whether the requirement says which motions may be stable, so that another motion than 1:1 is acceptable."""
         return self.limit.kind is LimitKind.WORDS
 
     @property
     def by_formulae(self) -> bool:
-        """Whether it limits voltages, energies or deflections, which are by the paper's formulae."""
+        """Whether the requirement limits voltages, energies or deflections, which are by the paper's formulae."""
         return self.question == Question.VOLTAGE
 
     @property
@@ -176,7 +176,7 @@ def unmet_criteria(criteria: Iterable[Criterion]) -> list[Criterion]:
 
 
 def unmet(criteria: Sequence[Criterion]) -> Phrase | None:
-    """Name what is not met, without a full stop; None where all is."""
+    """Name the criteria that are not met, without a full stop; None where all are met."""
     failed = unmet_criteria(criteria)
     if not failed:
         return None
@@ -189,10 +189,9 @@ def unmet(criteria: Sequence[Criterion]) -> Phrase | None:
 class Evidence(Struct, frozen=True, eq=False, dict=True):
     """The results of a scenario that requirements, alerts and the verdict are judged by.
 
-    `switched_on` is what the device does when it is switched on, `effects` how far what the model leaves out moves the
-    nearest end.
-    `findings` are what each addition to the study found, by its name.
-    `criteria` are the requirements that were judged already, `required` those that are being judged, if any are.
+    `switched_on` is what the device does when it is switched on, `effects` how far neglected effects move the nearest
+    end. `findings` has what each addition to the study found, by its name. `criteria` are the requirements that were
+    judged already, `required` those that are being judged, if any are.
     """
 
     solution: Solution
@@ -238,27 +237,27 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def from_rest_along(self) -> tuple[FromRest, ...]:
-        """What it comes to along a sweep without a design point, each once; empty where that was not looked for."""
+        """What the device comes to from rest along a sweep without a design point; empty where that is not known."""
         if self.switched_on is None or self.solution.design is not None:
             return ()
         return self.switched_on.outcomes_over_sweep
 
     @property
     def motion_from_rest(self) -> FollowedMotion | None:
-        """The motion of another word that it comes to from rest, where no 1:1 motion is stable."""
+        """The motion of another word that the device comes to from rest, where no 1:1 motion is stable."""
         return self.switched_on.motion_from_rest if self.switched_on is not None else None
 
     @property
     def by_starts(self) -> tuple[FollowedMotion, ...]:
-        """Stable motions that only some starts in flight come to, where no other is known."""
+        """Stable motions that only some starts in flight come to, where no other stable motion is known."""
         return self.switched_on.by_starts if self.switched_on is not None else ()
 
     @cached_property
     def bottom(self) -> tuple[FollowedMotion, ...]:
-        """Above a table a stable motion at the design point, along each input that it depends on.
+        """For a ball on a table, a stable motion at the design point, followed along each input that it depends on.
 
-        That is what the device comes to from rest, if that is a motion without rests, else one with the fewest impacts
-        that is known there; () where none is.
+        That is the motion which the device comes to from rest, if it has no rests, else the known one with the fewest
+        impacts; () where none is known.
         """
         design = self.solution.design
         if design is None or not self.solution.on_table:
@@ -273,12 +272,12 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def ends_on_bottom(self) -> list[MotionEnd]:
-        """Where the motion of `bottom` ends, in any input, nearest first."""
+        """The ends of the motion of `bottom` along all inputs, nearest first."""
         return motion_ends(self.solution.device, self.bottom)
 
     @property
     def required_motions_met(self) -> bool:
-        """Whether it was required which motions may be stable, and is met."""
+        """Whether there is a requirement on which motions may be stable, and it is met."""
         return any(criterion.names_motions and criterion.passed for criterion in self.criteria)
 
     @property
@@ -291,7 +290,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def allowed(self) -> set[str]:
-        """The words that are required, each as the one that stands for its rotations and mirror image."""
+        """The required words, each in the form that stands for its rotations and mirror image."""
         words = self.required.allowed if self.required is not None else ()
         return {Word.of(word).canonical(self.solution.horizontal).letters for word in words}
 
@@ -306,7 +305,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
         Raises
         ------
         NumericalError
-            Where there is none.
+            Without a design point, or without stable motion there.
         """
         design = self.solution.design
         if design is None or not design.motions.stable_mask.any():
@@ -334,9 +333,9 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     def exactness(self) -> Exactness:
         """How exact all numbers are that the model of rigid impacts gives.
 
-        Their error is the largest of what long contacts, the membranes' own stiffness and the neglected effects move,
-        as far as these are known. Up to a per cent of it is told by the digits. What is more moves neighbouring designs
-        alike; pages say how much it is.
+        Their error is the largest shift by long contacts, the real stiffness of the membranes or neglected effects, as
+        far as these are known. Up to one per cent it is shown by the number of digits. Larger errors affect similar
+        designs alike; pages say how large they are.
         """
         share, compliant, effects = self.contact_share, self.own_stiffness, self.effects
         if share is None:
@@ -350,8 +349,8 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
     def contact_share(self) -> float | None:
         """Longest contact of the stable motions over the forcing period, by an estimate without gravity and forcing.
 
-        Along the sweep where none is stable at the design point. None without a ball mass, without stable motion, and
-        where the restitution has no contact law.
+        Taken along the sweep where no motion is stable at the design point. None without a ball mass, without stable
+        motion, and where the restitution has no contact law.
         """
         membrane, (bottom, top, frequency) = self.solution.membrane, self.impacts
         if not bottom.size:
@@ -375,7 +374,7 @@ class Evidence(Struct, frozen=True, eq=False, dict=True):
 
 def held_against(value: float, limit: Limit, why: str | Phrase = "", bound: float = 0.0) -> Judgement:
     """Hold a number, known to within a bound, against a limit that it must reach or must not exceed."""
-    # Numbers of NumPy are no part of a judgement: neither is whether it is passed.
+    # Judgements have plain numbers and truth values, not those of NumPy.
     required, value, bound = limit.value, float(value), float(bound)
     margin = value - required if limit.is_least else required - value
     if margin >= 0 > margin - bound:

@@ -1,4 +1,4 @@
-"""What the impacts of motions come to, as requirements limit it: of one design with error bounds, or of many."""
+"""Quantities of impacts that requirements limit: for one design with error bounds, or for many designs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ grows with less than its tenth power."""
 
 
 class Impacts(Struct, frozen=True, eq=False):
-    """What the impacts of motions come to, in SI units, in any kind of number (see `physics.numbers`).
+    """Quantities of the impacts of motions, in SI units, in any kind of number (see `physics.numbers`).
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Impacts(Struct, frozen=True, eq=False):
     deflection_m : array_like or None
         Largest deflection of a membrane, Eq. (5.5) [m].
     active_radius_m, bias_voltage_v : array_like or None
-        Of the membrane [m] and [V].
+        Active radius [m] and bias voltage [V] of the membrane.
     power_mw : array_like or None
-        Mean electrical power [mW]; like what follows, None where the membrane's dielectric is not given.
+        Mean electrical power [mW]; this and the following are None where the membrane's dielectric is not given.
     efficiency : array_like or None
         Electrical efficiency [-].
     field_v_m, breakdown_field_v_m : array_like or None
@@ -73,14 +73,14 @@ class Impacts(Struct, frozen=True, eq=False):
 
 
 def largest(values: tuple[Any, ...], ops: ContinuousFunctions) -> Any:
-    """The largest of what impacts come to, in the kind of number whose functions `ops` are."""
+    """The largest of some quantities of impacts, in the kind of number whose functions `ops` are."""
     return reduce(ops.maximum, values)
 
 
 def spread(values: tuple[Any, ...], ops: ContinuousFunctions) -> Any:
-    """The largest less the least of what impacts come to, as the largest difference of any two.
+    """The largest less the least of some quantities of impacts, as the largest difference of any two.
 
-    The difference of the two extremes would be known less well: each has the error of any of the impacts.
+    The difference of the two extremes would have a larger bound: each extreme has the error of any of the impacts.
     """
     return largest(tuple(ops.distance(*pair) for pair in combinations(values, 2)), ops)
 
@@ -88,7 +88,10 @@ def spread(values: tuple[Any, ...], ops: ContinuousFunctions) -> Any:
 def generated(
     speeds: tuple[Any, Any], membrane: Membrane | None, restitution: Restitution, period_s: Arithmetic
 ) -> tuple[Voltages | None, Conversion | None]:
-    """What impacts at the bottom and at the top generate, as far as the membrane says; arrays, its numbers too."""
+    """Voltages and converted energy of impacts with speeds [m/s] at the bottom and at the top, in arrays.
+
+    Each is None where the membrane does not have the numbers for it; these may be arrays, too.
+    """
     if membrane is None:
         return None, None
     volts = voltages(*speeds, membrane)
@@ -99,7 +102,7 @@ def generated(
 
 
 def impacts_of(volts: Voltages | None, converted: Conversion | None, membrane: Membrane | None) -> Impacts:
-    """Impacts of 1:1 motions by what those at the bottom and at the top generate."""
+    """The quantities of impacts of 1:1 motions, from their voltages and converted energy."""
     if volts is None or membrane is None:
         return Impacts()
     of_membrane = membrane.active_radius_m, membrane.bias_voltage_v
@@ -168,7 +171,7 @@ def _followed(speeds: Floats, membrane: Membrane | None, restitution: Floats, pe
 
 
 def other_motions(results: Evidence) -> list[tuple[str, Impacts]]:
-    """What the stable motions come to that are known at the design point beside the 1:1 motions, with their names.
+    """Quantities of the stable motions other than 1:1 that are known at the design point, with their names.
 
     Only where the membrane's dielectric is given.
     """

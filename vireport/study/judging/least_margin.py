@@ -1,4 +1,4 @@
-"""The margin that a designer acts on: the least of what rigid impacts, soft membranes and neglected effects leave."""
+"""The margin that a designer acts on: the least one by rigid impacts, by compliant membranes or neglected effects."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class MarginToUse(Struct, frozen=True, eq=False):
     Attributes
     ----------
     parameter : ScalarInput
-        The input that moves.
+        The input that varies.
     relative : float or None
-        Room over the design value; 0 or negative where nothing is left. None where stable motion is lost altogether,
+        Margin over the design value; 0 or negative where nothing is left. None where stable motion is lost altogether,
         or where the design value is zero.
     limited_by : LimitedBy
     end : Margin
@@ -58,7 +58,7 @@ class MarginToUse(Struct, frozen=True, eq=False):
 
     @property
     def small(self) -> bool:
-        """Whether less is left than what masses and lengths are commonly made to."""
+        """Whether less is left than common tolerances of masses and lengths."""
         return self.gone or is_near_critical(self.relative)
 
     @property
@@ -78,7 +78,7 @@ class MarginToUse(Struct, frozen=True, eq=False):
 def margin_to_use(evidence: Evidence) -> MarginToUse | None:
     """Take the least of the known margins of a design point; None without a design point, or without an end.
 
-    An end that is not known with soft membranes has no part in it: the verdict says so.
+    An end that is not known with compliant membranes is not taken into account: the verdict says so.
     """
     design, long_contacts, effects = evidence.solution.design, evidence.own_stiffness, evidence.effects
     end = design.nearest if design is not None else None

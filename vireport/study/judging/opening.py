@@ -173,9 +173,9 @@ def opening_of(verdict: Verdict, alerts: Iterable[Alert] = (), again: Reproducti
     ----------
     verdict : Verdict
     alerts : iterable of Alert
-        Warnings that no answer of the verdict tells have a place among the facts.
+        Warnings that no answer of the verdict contains are put among the facts.
     again : Reproduction or None
-        What the simulation made of the stable motion.
+        Whether the simulation found the stable motion again.
     """
     facts, tiles = gravest(_facts(verdict, alerts, again)), tuple(_tiles(verdict, again))
     return Opening(verdict.status, Said("word", (verdict,)), _sentence(verdict), facts, tiles)
@@ -186,7 +186,7 @@ def _fact(status: Status, name: str, *values: object) -> Statement:
 
 
 def _sentence(verdict: Verdict) -> Said:
-    """The sentence of the conclusion; where there is no design point, that on the sweep."""
+    """The sentence of the conclusion, or the sentence on the sweep without a design point."""
     conclusion, solution = verdict.conclusion, verdict.evidence.solution
     if solution.design is None and conclusion is Conclusion.STABLE:
         return Said("stable_in_sweep", (verdict, *solution.settable_ranges[:1]))
@@ -217,7 +217,7 @@ def _bouncing(verdict: Verdict) -> Said:
 
 
 def _running(verdict: Verdict) -> str:
-    """How the device runs, in the words with which most sentences begin."""
+    """The phrase on how the device runs with which most sentences begin."""
     if verdict.evidence.solution.design is None:
         return "runs_somewhere"
     followed = verdict.from_rest is not None and verdict.from_rest.data.from_rest is not None
@@ -302,13 +302,13 @@ def _of_motion(verdict: Verdict) -> Iterator[Statement]:
 
 
 def _ending(end: FromRest) -> Said:
-    """What the ball does that comes to no 1:1 motion, as the end of a sentence."""
+    """What a ball that comes to no 1:1 motion does, as the end of a sentence."""
     name = f"ends_{end.destination.name.lower()}"
     return Said(name if end.word else f"{name}_without_period", (end,))
 
 
 def _of_margin(verdict: Verdict) -> Iterator[Statement]:
-    """What to do for more margin; how much there is, a tile says."""
+    """What to change for more margin; how large it is, a tile says."""
     compliant, nearest = verdict.evidence.own_stiffness, verdict.margin.data if verdict.margin is not None else None
     end = nearest.compliant if nearest is not None else None
     if compliant is not None and compliant.motion is None:
@@ -332,7 +332,7 @@ def _of_margin(verdict: Verdict) -> Iterator[Statement]:
 
 
 def _way(verdict: Verdict, use: MarginToUse) -> Said:
-    """Which way a design gains room: from the nearest end, unless the next one on the other side is near as well."""
+    """In which direction a design gains margin: away from the nearest end, unless the one on the other side is near."""
     design = verdict.evidence.solution.design
     assert design is not None
     beyond = (

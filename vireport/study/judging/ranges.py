@@ -1,7 +1,7 @@
-"""What is required over a range of an input: stable motion throughout, and how much U_ave changes on the way.
+"""Requirements over a range of an input: stable motion throughout, and how much U_ave changes along it.
 
-A run follows the motions along the range and knows where stability ends; of many designs at once only a number of
-values are looked at, which refutes most of those that fail.
+A run follows the motions along the range and locates the ends of stability; for many designs at once only some values
+are tried, which refutes most of those that fail.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def may_be_stable_over_inclinations(designs: Designs, limit: Limit) -> Mask:
 def stable_over_inclinations(results: Evidence, limit: Limit) -> Judgement:
     """Whether motion is stable over a range of inclination.
 
-    Judged by the scenario's own sweep where that is of the inclination and goes as far, else by another.
+    Judged by the scenario's sweep if that covers the range of inclination, else by a separate one.
     """
     diagram, (low, high) = results.solution.diagram, limit.numbers
     if diagram is not None and diagram.sweep.parameter is Parameter.INCLINATION:
@@ -103,9 +103,9 @@ def _covered(diagram: BifurcationDiagram, limit: Limit) -> Judgement:
 def _beyond(
     diagram: BifurcationDiagram, part: StableInterval, low: float, high: float
 ) -> Iterator[tuple[float | None, float, Phrase | None]]:
-    """For either end of a stable range: how far it is outside of `low` to `high`, where it is, what is in the way.
+    """For each end of a stable range: how far it is outside of `low` to `high`, its value, and why it falls short.
 
-    Where the range goes up to the end of the sweep, how far it goes is not known: there is no distance.
+    Where the range reaches the end of the sweep, its true end is not known: the distance is None.
     """
     swept = diagram.sweep.start, diagram.sweep.end
     for (value, point), beyond in zip(part.ends, (low - part.start, part.end - high), strict=True):
@@ -137,7 +137,7 @@ def u_ave_difference(results: Evidence, limit: Limit) -> Judgement:
             sampled = volts.average_v[rows]
             value, u_ave = with_peaks(branch.motions.sweep_value[rows], sampled)
             samples.append(u_ave[(value >= low) & (value <= high)])
-            # A summit between samples is off by less than it stands above them.
+            # The error of an extremum between samples is less than its height above them.
             summit = max(float(u_ave.max() - sampled.max()), float(sampled.min() - u_ave.min()))
             bound = max(bound, summit + float(bounds["average_v"][rows].max()))
     u_ave = np.concatenate(samples)
@@ -179,7 +179,7 @@ def _u_ave_at(solution: Solution, value: float) -> Floats:
 
 
 def with_peaks(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Add to the samples of a smooth curve the summits of the parabolas through three of them, where they have one."""
+    """Add to samples of a smooth curve the extrema of parabolas through three neighbours, where these have one."""
     moved = np.concatenate([[True], np.diff(x) != 0])
     x, y = x[moved], y[moved]
     if len(x) < 3:

@@ -1,12 +1,12 @@
-"""The requirements that there are: each is a row, by which a run and a search for the best design judge alike.
+"""The table of requirements: each is a row, by which a run and a search for the best design judge alike.
 
 A row has the key under which a scenario requires it, the question that it answers, and its quantity. How it limits and
-what it needs is declared with the key (`scenario.Demand`), words are in `words/requirements.json`. A requirement
-is met only where that is certain: what an error bound leaves open, what a failed cross-check puts in doubt and what
-cannot be evaluated is not met, and says why.
+what it needs is declared with the key (`scenario.Demand`), words are in `words/requirements.json`. A requirement is met
+only where that is certain: one that an error bound leaves open, that a failed cross-check puts in doubt or that cannot
+be evaluated is not met, and says why.
 
-A quantity judges one design by a run's results. Of many designs at once, as arrays, it gives the exact value, or only
-which surely fail; what is open then is judged one by one.
+A quantity judges one design by a run's results. For many designs at once, as arrays, it gives the exact value, or only
+which designs surely fail; the others are then judged one by one.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ class OfMotions(Struct, frozen=True, eq=False):
     of : callable
         The number, in the kind of number whose functions are its second argument.
     grows : bool
-        Whether it grows with the speeds of the impacts, with the ball's mass and with the frequency, so that it is
-        bounded over boxes of designs.
+        Whether the number grows with the speeds of the impacts, with the ball's mass and with the frequency, so that it
+        can be bounded over boxes of designs.
     """
 
     of: Callable[[Impacts, Any], Any]
@@ -95,7 +95,7 @@ class OfMotions(Struct, frozen=True, eq=False):
         return held_against(value, limit, Remark.OF_MOTION.said(motion=families[values.index(value)].name), bound)
 
     def slack(self, designs: Designs, limit: Limit) -> Floats:
-        """How far designs are on the right side of a limit, over it; negative on the wrong one, NaN without motion."""
+        """Distance of designs from a limit, over it: positive if met, negative if not, NaN without stable motion."""
         return np.asarray(_slack(designs.worst(self.of(designs.impacts, ARRAYS), limit.is_least), limit))
 
     def may_meet(self, designs: Designs, limit: Limit) -> Mask:
@@ -104,27 +104,28 @@ class OfMotions(Struct, frozen=True, eq=False):
 
 
 class OfShaker(Struct, frozen=True, eq=False):
-    """What the shaker must do: a number that grows with the force and falls with mass and frequency, if it changes.
+    """A demand on the shaker, as a number that never falls with the force and never grows with mass or frequency.
 
-    Of a free capsule it depends on the ball's mass, the length and the inclination as well, and need not be monotonic.
+    For a free capsule it depends on the ball's mass, the length and the inclination as well, and may not be monotonic.
 
     Attributes
     ----------
     of : callable
+        The number.
     error : float
-        Its relative rounding.
+        Its relative rounding error.
     """
 
     of: Callable[[Shaker], Any]
     error: float = SHAKER_ERROR
 
     def judgement(self, results: Evidence, limit: Limit) -> Judgement:
-        """Hold what is asked for at the design point, or else over the sweep, against a limit."""
+        """Hold the demand at the design point, or else over the sweep, against a limit."""
         value = self.of(results.solution.shaker)
         return held_against(value, limit, bound=self.error * value)
 
     def slack(self, designs: Designs, limit: Limit) -> Floats:
-        """How far designs are on the right side of a limit, over it; negative on the wrong one."""
+        """Distance of designs from a limit, over it: positive if met, negative if not."""
         value = self.of(designs.device.shaker(Parameter.LENGTH, designs.device.length_m))
         return np.broadcast_to(_slack(value, limit), designs.count)
 
@@ -149,7 +150,7 @@ def _place(varied: DesignInput, value: float, results: Evidence) -> OnPage:
 
 
 class OfMargin(Struct, frozen=True, eq=False):
-    """Distance of the nearest end of the stable motion, of some kinds, in whichever input; without one it is met.
+    """Distance of the nearest end of the stable motion, of some kinds, along any input; met where there is no end.
 
     A pitchfork at which another motion takes over ends it as well.
     """
@@ -195,11 +196,11 @@ class OfRun(Struct, frozen=True, eq=False):
     Attributes
     ----------
     judgement : callable
-        Holds the results against the limit. May raise NumericalError, which then is the remark.
+        Holds the results against the limit. It may raise NumericalError, whose text becomes the remark.
     before_run : callable or None
-        Of many designs, which may meet the limit; all others surely do not. None where only a run tells.
+        Tells which of many designs may meet the limit; all others surely do not. None where only a run tells.
     dear : bool
-        Whether a run takes half a second or more for it, so that of many designs it is judged last.
+        Whether a run takes half a second or more for it, so that it is judged last in a search.
     """
 
     judgement: Callable[[Evidence, Limit], Judgement]
@@ -220,12 +221,12 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
     Attributes
     ----------
     key : str
-        Of the scenario's block; the first, where several belong together. Its title is the pattern of that name.
+        Key of the block `requirements`, the first of several that belong together; its pattern is the title.
     question : str
-        Which answer of the verdict it is about.
+        The question of the verdict that it is about.
     quantity : Quantity
     file : str
-        Of the patterns among which its title is.
+        File of the patterns with its title.
     """
 
     key: str
@@ -245,7 +246,7 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def dear(self) -> bool:
-        """Whether the requirement is judged last of many designs, as it takes a run long."""
+        """Whether the requirement is judged last in a search, as it takes a run long."""
         return isinstance(self.quantity, OfRun) and self.quantity.dear
 
     @property
@@ -254,7 +255,7 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
         return DEMANDS[self.demand]
 
     def limit(self, scenario: Scenario) -> Limit | None:
-        """What a scenario requires; None where it does not."""
+        """The limit that a scenario sets; None where it does not require this."""
         required, kind = scenario.requirements, self.demand.kind
         if required is None:
             return None
@@ -275,7 +276,7 @@ class Requirement(Struct, frozen=True, eq=False, dict=True):
         return Limit(kind, tuple(sorted(stated)), unit, usual=usual)
 
     def _usual_holds(self, scenario: Scenario) -> bool:
-        """Whether the usual limit, if there is one, is of something that the scenario evaluates."""
+        """Whether there is a usual limit, and the scenario evaluates its quantity."""
         at_design = scenario.value_of(scenario.parameter) is not None
         return (
             self.demand.usual is not None
@@ -297,7 +298,7 @@ SPARED = "sweep", "simulation", "motions", "accuracy"
 
 
 def spared(pairs: Iterable[tuple[Requirement, Limit]]) -> set[str]:
-    """The blocks of a scenario, of `SPARED`, without which what is required can be judged."""
+    """The blocks of a scenario, of `SPARED`, that no requirement needs in order to be judged."""
     demands = [requirement.demand for requirement, _ in pairs]
     needed = {need.partition(".")[0] for demand in demands for need in demand.needs}
     followed = {"motions"} if any(demand.kind is LimitKind.WORDS for demand in demands) else set()
@@ -305,7 +306,7 @@ def spared(pairs: Iterable[tuple[Requirement, Limit]]) -> set[str]:
 
 
 def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:
-    """Hold results against what their scenario requires; () where that is nothing."""
+    """Hold results against the requirements of their scenario; () where it has none."""
     if loaded.scenario.requirements is None:
         return ()
     results = replace(evidence, required=loaded.scenario.requirements)
@@ -313,7 +314,7 @@ def assess(loaded: Loaded, evidence: Evidence) -> tuple[Criterion, ...]:
     for requirement, limit in required(loaded.scenario):
         judgement = _judgement(results, requirement, limit)
         if limit.usual and judgement.value is None:
-            continue  # nothing is known that it would limit, and nobody has asked
+            continue  # a usual limit of a quantity that is not known
         lines = (loaded.line_of(f"requirements.{key}") for key in requirement.keys)
         line = next((line for line in lines if line is not None), None)
         what = requirement.key, requirement.title, requirement.question
@@ -333,7 +334,7 @@ def _judgement(results: Evidence, requirement: Requirement, limit: Limit) -> Jud
 
 
 def _words(results: Evidence, limit: Limit) -> Judgement:
-    """Every stable motion known at the design point is an allowed one, and the device comes to such a one from rest."""
+    """Judge whether all stable motions known at the design point are allowed, and one of them is reached from rest."""
     mirror, allowed = results.solution.horizontal, results.allowed
     names = dict.fromkeys(family.name for family, _ in results.stable)
     others = dict.fromkeys(
@@ -347,7 +348,7 @@ def _words(results: Evidence, limit: Limit) -> Judgement:
         settles = Remark.REACHES if end.settles_after is None else Remark.REACHES_AFTER
         why.append((settles if starts_by_itself else Remark.COMES_TO).said(motion=end.name, periods=end.settles_after))
     if (starts := _share_of_starts(results)) is not None:
-        # Not of what the device comes to: of the words that are required.
+        # The share of starts is that of the required words, not of what the device comes to.
         share = Remark.STARTS_TOO if starts_by_itself else Remark.STARTS_TO
         why.append(share.said(words=" or ".join(limit.words), starts=starts))
     remark = Remark.TOGETHER.said(remarks=why) if why else ""
@@ -371,7 +372,7 @@ def _share_of_starts(results: Evidence) -> Phrase | None:
 
 
 def _reached_from_rest(results: Evidence, limit: Limit) -> Judgement:
-    """From rest the device comes to a motion that is allowed, or where none is named to the 1:1 motion."""
+    """Judge whether the device comes from rest to an allowed motion or, where none is named, to the 1:1 motion."""
     end = results.from_rest
     if end is None:
         raise NumericalError(Remark.NO_DESIGN_POINT.said())
@@ -392,7 +393,7 @@ def _recovery(results: Evidence, limit: Limit) -> Judgement:
 
 
 def _distortion(results: Evidence, limit: Limit) -> Judgement:
-    """The least harmonic found or, where none ends stable motion, the largest that was looked at."""
+    """Judge the least harmonic that ends stable motion or, where none does, the largest that was tried."""
     distortions = results.solution.design.distortions if results.solution.design is not None else ()
     if not distortions:
         raise NumericalError(Remark.NOT_STABLE.said())
@@ -405,7 +406,7 @@ def _distortion(results: Evidence, limit: Limit) -> Judgement:
 
 
 def _with_effects(results: Evidence, limit: Limit) -> Judgement:
-    """The least margin with any of the effects; without stable motion with one of them it is nothing."""
+    """Judge the least margin under any of the neglected effects; it is zero where one of them ends stable motion."""
     shifts = results.effects
     if shifts is None or shifts.end is None:
         raise NumericalError(
@@ -429,7 +430,7 @@ def _with_effects(results: Evidence, limit: Limit) -> Judgement:
 
 
 def _may_with_effects(designs: Designs, limit: Limit) -> Mask:
-    """Which designs may keep a margin with each effect: those that do where a membrane has another restitution."""
+    """Which designs may keep a margin under each effect: those that keep it if a membrane has another restitution."""
     kept, device, share = np.ones(designs.count, dtype=bool), designs.device, limit.value / 100
     if device.law is not None or device.rubs:
         return kept
@@ -500,7 +501,7 @@ REQUIREMENTS = (
 
 @cache
 def requirements() -> tuple[Requirement, ...]:
-    """All that can be required, in the order of the acceptance table, which is that of the keys."""
+    """All requirements that a scenario may set, in the order of the keys and of the acceptance table."""
     rows = (*REQUIREMENTS, *(row for finding in findings().values() for row in finding.requirements()))
     order = names_in_order(RequirementsBlock)
     return tuple(sorted(rows, key=lambda row: order.index(row.key)))

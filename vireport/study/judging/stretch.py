@@ -1,4 +1,4 @@
-"""How far the stable motions stretch the membranes, how much of that is open, and whether less of it is to be had."""
+"""How far the stable motions stretch the membranes, and how long a contact with a deflection of the radius lasts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ common one of dielectric elastomers."""
 
 
 def stretch_at_design(results: Evidence) -> MembraneStretch | None:
-    """How far the deepest impact of the stable 1:1 motions stretches a membrane, or without one of other motions.
+    """How far the deepest impact of the stable 1:1 motions, or else of other motions, stretches a membrane.
 
     At the design point, or without one over the sweep; None where no stable motion or no ball mass is known.
     """
@@ -37,17 +37,17 @@ def stretch_at_design(results: Evidence) -> MembraneStretch | None:
 
 
 def severity_of(stretch: MembraneStretch | None) -> Severity | None:
-    """Severity of the alert on a stretch, None where there is none: a note beyond the membrane's radius."""
+    """Severity of the alert on a stretch: None up to a deflection of the radius, then a note, then a warning."""
     if stretch is None or stretch.depth_ratio <= 1:
         return None
     return Severity.WARNING if stretch.area_ratio > DEMONSTRATED else Severity.NOTE
 
 
 def contact_at_radius(results: Evidence) -> float | None:
-    """Share of the forcing period of a contact that deflects a membrane by its radius, the longer of both membranes.
+    """Duration of a contact that deflects a membrane by its radius, over the forcing period; the longer of both.
 
-    With h of 1 and more no shallower one is shorter. None where that is not so, without a ball mass or stable motion,
-    and where the restitution has no contact law or falls with the speed.
+    With h >= 1 no shallower contact is shorter. None for h < 1, without a ball mass or stable motion, and where the
+    restitution has no contact law or falls with the speed.
     """
     membrane, device, frequency = results.solution.membrane, results.solution.device, results.impacts[2]
     if membrane is None or not frequency.size or membrane.exponent < 1 or device.law is not None:

@@ -1,4 +1,4 @@
-"""What a study comes to, as data: whether there is stable motion, where, with what margin, and at what voltage.
+"""The verdict of a study as data: whether there is stable motion, where, with what margin, and at what voltage.
 
 Each question has a status and the numbers that answer it; `opening` chooses what is said of them. A reader who stops
 after that must not have been misled.
@@ -59,7 +59,7 @@ class Status(StrEnum):
 class Weight(IntEnum):
     """How much a conclusion weighs, what weighs most first.
 
-    Of two that weigh alike, that of the question asked first is the heavier one.
+    Of two with the same weight, the one whose question comes first weighs more.
     """
 
     CONTRADICTED = 1
@@ -123,7 +123,7 @@ class Conclusion(Enum):
 
     @property
     def weight(self) -> Weight:
-        """How much the conclusion weighs beside others."""
+        """Weight of the conclusion among others."""
         return self.value[2]
 
     @property
@@ -381,7 +381,7 @@ class Verdict(Struct, frozen=True, eq=False):
 
     @property
     def fails(self) -> bool:
-        """Whether anything holds for which the design must be changed."""
+        """Whether any conclusion holds for which the design must be changed."""
         return any(isinstance(conclusion, Conclusion) and conclusion.fails for conclusion in self.conclusions)
 
     @property
