@@ -1,9 +1,9 @@
 """Impacts in raw signals: when each began, on which membrane, with its standard error from the noise.
 
-What is slow against an impact, hum and offset, is filtered away by a filter that looks back only, so that nothing comes
-before an impact. An impact is where the signal stands out of the noise, and out of what was there shortly before: so
-one that rings is one, and a second one within its ringing another. It began where the straight line through its first
-rise leaves zero, which does not depend on how strong it was.
+Hum and offset, which are slow against an impact, are removed by a causal filter, so that nothing precedes an impact. An
+impact is where the signal exceeds the noise, and the signal shortly before: so a ringing impact counts once, and a
+second impact during its ringing separately. An impact began where the straight line through its first rise crosses
+zero, which does not depend on its strength.
 """
 
 from __future__ import annotations
@@ -124,17 +124,17 @@ class Heard(Struct, frozen=True, eq=False):
     noise : float
         Standard deviation of the filtered signal between impacts, in the channel's unit.
     times, errors : Array (n,)
-        Of the beginnings, and their standard errors [s].
+        Times at which the impacts begin, and their standard errors [s].
     sampled : Array (n,)
-        The part of these that comes of sampling [s].
+        The part of the standard errors that is due to sampling [s].
     sizes : Array (n,)
         Heights of the first peaks, with their signs, in the channel's unit.
     rise_samples : float
-        Samples in the part of a rise that times are taken from: the median.
+        Median number of samples in the part of a rise that times are taken from.
     clipped : int
-        Impacts that the channel cut off.
+        Number of impacts at which the channel is clipped.
     high_share : float
-        Share of the power of impacts next to half of the sampling rate.
+        Share of the power of impacts just below half of the sampling rate.
     """
 
     channel: Channel
@@ -154,7 +154,7 @@ class Heard(Struct, frozen=True, eq=False):
 
     @property
     def middle_size(self) -> float:
-        """Height of the first peak of an impact: the median."""
+        """Median height of the first peaks of impacts, in the channel's unit."""
         return float(np.median(np.abs(self.sizes)))
 
 
@@ -165,7 +165,7 @@ class Picked(Struct, frozen=True, eq=False):
     ----------
     recording : Recording
     frequency_hz : float
-        Of the force, by which it was filtered.
+        Frequency of the force, which sets the filter.
     heard : tuple of Heard
     times, walls, errors : Array (n,)
         Of impacts: times and standard errors [s], and 1 at the bottom, -1 at the top.
@@ -182,12 +182,12 @@ class Picked(Struct, frozen=True, eq=False):
 
     @property
     def middle_error_s(self) -> float:
-        """Standard error of the times: the median [s]."""
+        """Median standard error of the times [s]."""
         return float(np.median(self.errors))
 
     @property
     def delay_s(self) -> float:
-        """Systematic error of all times together, as the shape of a rise is not known [s]."""
+        """Systematic error common to all times, as the shape of a rise is not known [s]."""
         return max(beginnings.rise_samples for beginnings in self.heard) * self.recording.step_s
 
 
@@ -198,7 +198,7 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
     ----------
     recording : Recording
     frequency_hz : float
-        Of the force, which says what is slow.
+        Frequency of the force, which sets the filter.
     say : callable
         Called with each channel as it begins.
 
@@ -236,7 +236,7 @@ def picked(recording: Recording, frequency_hz: float, say: Progress = lambda wha
 
 
 def _require_samples(recording: Recording, frequency_hz: float, by_sign: bool) -> None:
-    """Refuse a recording with too few samples in a period of the force, of which impacts may be told `by_sign`.
+    """Refuse a recording with too few samples in a period of the force; `by_sign` if one channel has both membranes.
 
     Raises
     ------
@@ -255,7 +255,7 @@ def _require_samples(recording: Recording, frequency_hz: float, by_sign: bool) -
 
 
 def filtered(recording: Recording, channel: Channel, frequency_hz: float) -> Array:
-    """A channel through a causal high-pass filter, which leaves out what is slow against an impact."""
+    """A channel after a causal high-pass filter, which removes what is slow against an impact."""
     from scipy.signal import butter, sosfilt, sosfilt_zi  # type: ignore[import-untyped]
 
     cut = min(SLOW * frequency_hz / WAIT * recording.step_s, MOST_OF_BAND)
@@ -358,7 +358,7 @@ def _resolution(values: Array) -> float:
 
 
 def _first_peaks(size: Array, peaks: Indices, wait: int) -> Indices:
-    """Peaks with which an impact begins: those that stand out of the ringing a wait before them."""
+    """Peaks with which impacts begin: those that exceed the ringing in the `wait` samples before them."""
     if not len(peaks):
         return peaks
     low, high = np.maximum(peaks - 2 * wait, 0), np.maximum(peaks - wait, 1)
@@ -413,11 +413,11 @@ def _onset(
     if slope <= 0:
         return None
     begun = middle - float(y.mean()) / slope
-    # Averaged and resampled samples are not independent: so many of them count as one.
+    # Averaged and resampled samples are not independent: `over * fine` of them count as one.
     variance = min(over * fine, count) / slope**2 * (1 / count + (begun - middle) ** 2 / spread)
     if fine > 1:
         begun, variance, wave = first + begun / fine, variance / fine**2, whole
-    # What rings from an impact before adds to the noise.
+    # Ringing from the impact before adds to the noise.
     clear = max(origin - 2 * int(length), 0)
     ringing = float(np.abs(wave[max(clear - wait, 0) : clear]).max(initial=0.0))
     around = max(noise, ringing / sqrt(2) if ringing > 5 * noise else 0.0)
@@ -466,9 +466,9 @@ def _high_share(signal: Array, places: Indices, noise: float) -> float:
 
 
 def _merged(heard: list[Heard], apart_s: float) -> tuple[Array, Array, Array, int]:
-    """Times, walls and errors of the impacts of all channels; of two at once only the stronger one is one.
+    """Times, walls and errors of the impacts of all channels; of two at once only the stronger one counts.
 
-    The last number counts those of which neither is clearly stronger.
+    The last number counts the pairs of which neither is clearly stronger.
     """
     times, errors, sampled = (
         np.concatenate(parts)

@@ -1,4 +1,4 @@
-"""Which reader a file has, by its content; and how files that none reads are converted."""
+"""The reader for a file, by its content, and how files without a reader are converted."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Reader(Struct, frozen=True):
         Whether bytes are of such a file.
     read : callable
     package : str
-        That it needs, by the name of its module; "" without one.
+        Name of the module that the reader needs; "" for none.
     """
 
     begins: Callable[[bytes], bool]

@@ -160,14 +160,14 @@ class Recording(Struct, frozen=True, eq=False):
     name : str
         Of the file.
     step_s : float
-        Time from a sample to the next.
+        Time from a sample to the next [s].
     stretches : tuple of Unbroken
         In the order of time; between them samples are missing.
     channels : tuple of Channel
     uneven_s : float
-        By how much times were off an even clock, on which they are put if `even`.
+        Largest distance of the times from an even clock [s].
     even : bool
-        Whether they are; else they are used as they are, and `step_s` is the usual step.
+        Whether the times are put on that clock; else they are used as they are, and `step_s` is the usual step.
     clock : ndarray (n,) or None
         Times of the samples where they are off an even clock [s].
     reading : str
@@ -194,7 +194,7 @@ class Recording(Struct, frozen=True, eq=False):
 
     @property
     def start_s(self) -> float:
-        """Time of the first sample."""
+        """Time of the first sample [s]."""
         return self.stretches[0].start_s
 
     @property
@@ -520,20 +520,20 @@ def _clock(name: str, times: Array) -> tuple[float, tuple[Unbroken, ...], float,
     step, stretches, off : float, tuple of Unbroken, float
         The usual step [s], the stretches without gaps, and the largest distance of a time from an even clock [s].
     even : bool
-        Whether all times are nearer to one than half a step.
+        Whether all times are within half a step of an even clock.
 
     Raises
     ------
     UsageError
-        If the steps are those of no clock.
+        If no clock has such steps.
     _RunsBack
         If the times do not ascend.
     """
     steps = np.diff(times)
     if (steps <= 0).any():
         raise _RunsBack(int(np.flatnonzero(steps <= 0)[0]) + 1)
-    # The median tells gaps from steps, whatever their number. But it has the rounding of one written time, of which the
-    # mean of all steps has a part only.
+    # The median tells gaps from steps, whatever their number, but has the rounding error of a single written time; the
+    # mean of all steps has only a part of it.
     usual = float(np.median(steps))
     _require_clock(name, usual)
     gaps = np.flatnonzero(steps > GAP * usual)

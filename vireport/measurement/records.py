@@ -121,7 +121,7 @@ class Record(Struct, frozen=True, eq=False):
 
     @property
     def relative(self) -> Array | None:
-        """Standard errors of the times over the middle one; None where they are alike."""
+        """Standard errors of the times over their median; None where they are equal."""
         if self.errors is None or np.ptp(self.errors) == 0:
             return None
         return np.asarray(self.errors / np.median(self.errors))
@@ -139,9 +139,9 @@ def read_record(
     frequency_hz : float
         Of the force, by which times in another unit are recognised.
     swept : Sweepable, optional
-        A parameter that may have a column, and between what its values must be.
+        A parameter that may have a column, and the range of its values.
     keys : LayoutBlock, optional
-        What the columns are, and how they are marked, where it is otherwise.
+        Names of the columns and layout of the file, if these differ from the above.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def parse_record(
         )
     stated_errors, swept_values = (np.array(column) if column else None for column in (errors, values))
     record = Record(name, np.array(times), np.array(walls), layout.unused, swept=swept_values, errors=stated_errors)
-    # Along a sweep of the frequency that of the scenario may be far from all that was recorded.
+    # Along a sweep of the frequency, the scenario's frequency may be far from the recorded ones.
     if swept_values is not None and swept is not None and swept.parameter is Parameter.FREQUENCY:
         frequency_hz = float(np.median(swept_values))
     _require_seconds(record, lines[0], frequency_hz)
@@ -353,12 +353,12 @@ def _values(
     layout : _Layout
     swept : Sweepable or None
     mistakes : Mistakes
-        To which those in the rows are added.
+        To which mistakes in the rows are added.
 
     Returns
     -------
     times, walls, errors, values : list of float
-        Of all impacts; errors and values of the swept parameter are empty without their columns.
+        For all impacts; errors and values of the swept parameter are empty without their columns.
     lines : list of int
     """
     times, walls, errors, values, lines = [], [], [], [], []

@@ -1,8 +1,8 @@
-"""Times that are rounded to multiples of a step: the step, and the record as one with independent errors of its size.
+"""Times that are rounded to multiples of a step: the step, and the times with independent errors added.
 
-Rounding errors of a motion that repeats itself repeat, too. A fit would take most of them for none and the others for
-impacts that are no impacts, and its tests the rest for another motion. With independent normal errors added that are as
-large in the mean over all repetitions as rounding is in each, times have errors that average as a fit expects.
+Rounding errors of a periodic motion repeat with it. A fit would take most of them for no errors and the others for
+false impacts, and its tests would see another motion in the rest. So independent normal errors are added whose mean
+over all repetitions is as large as a single rounding error: then errors average as a fit expects.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Rounding(Struct, frozen=True):
     Attributes
     ----------
     step_s : float
-        [s].
+        The step [s].
     repeated : float
-        How often the longest part of the record is repeated to the step.
+        How often the longest part of the record that repeats itself, to the step, is repeated.
     """
 
     step_s: float
@@ -55,7 +55,7 @@ class Rounding(Struct, frozen=True):
         return self.step_s / sqrt(12)
 
     def independent(self, times: Array) -> Array:
-        """Times [s] with independent errors added, as large in the mean over repetitions as rounding is in each."""
+        """Times [s] with independent errors added, whose mean over repetitions is as large as a rounding error."""
         added = sqrt(self.repeated) * self.error_s
         return times + added * np.random.default_rng(SEED).standard_normal(len(times))
 

@@ -42,7 +42,7 @@ hundredths and some tenths of a second."""
 
 
 class AxisName(Named, Struct, frozen=True):
-    """What an axis of a map is called that is no input of a motion."""
+    """Name of an axis of a map that is no input of a motion."""
 
     quantity: str
     symbol: str
@@ -58,20 +58,20 @@ class MapPlan(Struct, frozen=True):
     Attributes
     ----------
     device : Device
-        What is held; a parameter that varies has any value.
+        The inputs that are held; those that vary have arbitrary values.
     membrane : Membrane or None
-        Where there is none, no voltage is evaluated; a ball mass that varies has any value.
+        Without one no voltage is evaluated; a ball mass that varies has an arbitrary value.
     axes : tuple of Axis
     sampling : Sampling
     seed : int
-        Of the last two.
+        Seed of random samplings.
     cells : int
-        In all.
+        Number of all cells.
     chunk_cells : int
-        Cells that are computed and stored at once.
+        Number of cells that are computed and stored at once.
     simulate : MapSimulation or None
     from_rest, shock, escape : bool
-        Whether to tell what each cell comes to from rest, its least shock, and the least kicks that lead out.
+        Whether to find what each cell comes to from rest, its least shock, and the least kicks that lead out.
     """
 
     device: Device
@@ -103,7 +103,7 @@ class MapPlan(Struct, frozen=True):
 
     @property
     def named(self) -> tuple[Named, ...]:
-        """What the axes are called."""
+        """The names of the axes for readers."""
         inputs: dict[str, Named] = {varied.value: varied for varied in DesignInput}
         return tuple(inputs.get(name, BALL_MASS) for name in self.names)
 
@@ -119,7 +119,7 @@ class MapPlan(Struct, frozen=True):
 
     @property
     def plane(self) -> Plane | None:
-        """What there are heat maps over, a grid of two parameters; None for other maps."""
+        """The plane of the heat maps of a grid over two parameters; None for other maps."""
         if self.sampling is not Sampling.GRID or len(self.axes) != 2:
             return None
         (first, second), (low, high) = self.named, np.array(self.ends).T

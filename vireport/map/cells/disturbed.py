@@ -22,7 +22,7 @@ DESTINATIONS = tuple(Destination)
 
 
 def from_rest_columns(groups: Groups[Floats], motions: PointwiseMotions, ratio: int) -> dict[str, object]:
-    """What each cell comes to that is switched on at once, by compiled code; None where there is no word or period."""
+    """What each cell comes to when switched on at once, by compiled code; None where there is no word or period."""
     outcomes = tuple(outcomes_of(groups, motions, ratio, compiled=True))
     return {
         "from_rest": np.array([DESTINATIONS.index(outcome.destination) for outcome in outcomes], dtype=np.int8),
@@ -37,8 +37,8 @@ def shock_columns(
 ) -> dict[str, Floats]:
     """The least shock that leads out of the stable motions of each cell, and the largest that was tried [m/s].
 
-    NaN where there is no stable motion, or one too near a critical point for its returns to be told; the former alone
-    where none that was tried leads out.
+    Both are NaN without a stable motion, or with one too near a critical point for its returns to be told; the least
+    shock alone is NaN where none that was tried leads out.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def shock_columns(
 def escape_columns(
     groups: Groups[Floats], motions: PointwiseMotions, ratio: int, unit: Floats | float
 ) -> dict[str, Floats]:
-    """Q of the law for small kicks, ln T = a + Q/sigma^2, the least of the stable motions of each cell [m2/s2].
+    """Q [m2/s2] of the law for small kicks, ln T = a + Q/sigma^2: the least of the stable motions of each cell.
 
     NaN where there is no stable motion, or one too near a critical point for its returns to be told, and where no kicks
     that lead out are found. Parameters are those of `shock_columns`.

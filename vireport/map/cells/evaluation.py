@@ -1,4 +1,4 @@
-"""What is known of each cell of a map, as tables without a NaN: what does not exist is null."""
+"""Results for the cells of a map, as tables without NaN: what does not exist is null."""
 
 from __future__ import annotations
 
@@ -101,13 +101,13 @@ def schema_of(plan: MapPlan) -> pa.Schema:
 
 
 def evaluate(plan: MapPlan, numbers: Ints) -> pa.Table:
-    """Compute some cells of a map: their motions, voltages and what else the plan says.
+    """Compute some cells of a map: motions, voltages and whatever else the plan contains.
 
     Parameters
     ----------
     plan : MapPlan
     numbers : ndarray of int, shape (n,)
-        Which cells.
+        Numbers of the cells.
 
     Returns
     -------
@@ -154,8 +154,8 @@ def _motions(motions: PointwiseMotions, r: Any, count: int) -> dict[str, Any]:
     code = classify(trace, lap_decay(map_restitution(r, itemgetter(cell))))
     stable = code != UNSTABLE
     orbit = motions.orbit
-    # Of each cell the row of a stable motion, the fastest at the bottom. Velocities are rounded first: mirror images
-    # are equal but for rounding, and which of them comes first must not depend on the machine.
+    # For each cell the row of a stable motion if there is one, the fastest at the bottom. Velocities are rounded first:
+    # mirror images are equal but for rounding, and which of them comes first must not depend on the machine.
     order = np.lexsort((orbit.u[real], -np.round(orbit.velocity_bottom[real], DECIMALS), ~stable, cell))
     first = np.ones(len(order), dtype=bool)
     first[1:] = cell[order][1:] != cell[order][:-1]
@@ -204,7 +204,7 @@ def _voltages(
 def _simulated(
     block: MapSimulationBlock, numbers: Ints, groups: Groups[Floats], motions: PointwiseMotions, n: int
 ) -> dict[str, object]:
-    """What most starts lead to (a word, or what it is where there is none), and the share that end on 1:1 motion."""
+    """What most starts of each cell lead to (a word, or else the outcome), and the share that ends on 1:1 motion."""
     from vireport.study.checks.crosscheck import is_one_to_one
 
     fastest, orbit, real = np.zeros(len(numbers)), motions.orbit, motions.admissible

@@ -1,4 +1,4 @@
-"""Heat maps of a grid over two parameters, with the curves along which motions change, and their words."""
+"""Heat maps of a grid over two parameters, with the curves along which motions change, and captions."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Raster(Struct, frozen=True, eq=False):
     x, y : ndarray
         Values of the two axes.
     columns : dict of str to ndarray, shape (len(y), len(x))
-        NaN where there is nothing; of a column of words the place of each in `CODES`.
+        NaN where there is no value; for a column of words the place of each word in `CODES`.
     """
 
     x: Floats
@@ -122,7 +122,7 @@ class Area(Struct, frozen=True, eq=False):
 
 
 class HeatMaps(Struct, frozen=True, eq=False):
-    """What the heat maps of one map are drawn of.
+    """The data that the heat maps of one map are drawn from.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class HeatMaps(Struct, frozen=True, eq=False):
     loci : tuple of DrawnLocus
     findings : MapFindings
     design : MapDesign or None
-        Where it has a place on the map.
+        The design point; None if it is not on the map.
     said : Words
         Of ``templates/words/map.j2``.
     """
@@ -153,7 +153,7 @@ class HeatMaps(Struct, frozen=True, eq=False):
 def map_pictures(
     plan: MapPlan, result: Path, findings: MapFindings, design: MapDesign | None = None, templates: Path | None = None
 ) -> tuple[Picture, ...]:
-    """Draw the heat maps of a map, with their words; none where it is not over a plane.
+    """Draw the heat maps of a map, with captions; () where it is not over a plane.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def map_pictures(
     findings : MapFindings
         Of this map.
     design : MapDesign, optional
-        Is marked.
+        Marked on the heat maps.
     templates : Path, optional
         A folder whose words come before ours.
     """
@@ -216,7 +216,7 @@ def _stability(drawing: HeatMaps) -> Figure:
 
 
 def _types(drawing: HeatMaps, *kinds: Stability) -> list[Area]:
-    """The cells of each of some types of motion that there are."""
+    """The cells of each of some types of motion, as far as there are any."""
     code = drawing.raster.columns["stability"]
     return [Area(*TYPES[kind], code == kind.code) for kind in kinds if (code == kind.code).any()]
 

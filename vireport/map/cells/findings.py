@@ -1,4 +1,4 @@
-"""What a finished map comes to in numbers: its cells by what they hold, and where each quantity is largest."""
+"""Summary of a finished map in numbers: counts of cells by their motions, and where each quantity is largest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vireport.physics.device import RESTITUTIONS
 
 
 class MapQuantity(StrEnum):
-    """What a map is searched for the largest value of, by its column."""
+    """Quantities whose largest value in a map is sought, by their columns."""
 
     MARGIN = "multiplier_margin"
     VOLTAGE = "u_ave_v"
@@ -37,20 +37,20 @@ class LargestValue(Struct, frozen=True):
 
 
 class MapFindings(Struct, frozen=True, eq=False):
-    """What the cells of a map hold.
+    """Counts of the cells of a map, and largest values.
 
     Attributes
     ----------
     cells : int
-        In all.
+        Number of all cells.
     stability : Counter of Stability
         Cells by the type of their motion; None where there is no motion.
     from_rest : Counter of Destination
-        Cells by what they come to from rest; empty where that was not asked for.
+        Cells by what they come to from rest; empty where that was not computed.
     missed : int
         Cells with a stable 1:1 motion that is not reached from rest.
     largest : dict of MapQuantity to LargestValue
-        Of the margin as a share of its largest possible value; the first cell of several.
+        The margin is a share of its largest possible value; of several cells the first.
     """
 
     cells: int
@@ -111,7 +111,7 @@ def quantities_of(plan: MapPlan) -> list[MapQuantity]:
 
 
 def restitution_at(plan: MapPlan, axes: dict[str, Floats]) -> Any:
-    """R of both membranes or of each where the axes have some values: numbers or arrays."""
+    """Restitution of both membranes or of each, at values of the axes: numbers or arrays."""
     return plan.device.with_values({name: axes[name] for name in RESTITUTIONS if name in plan.names}).restitution
 
 

@@ -73,11 +73,11 @@ class Identity(Struct, frozen=True, forbid_unknown_fields=True):
     Attributes
     ----------
     map_sha256 : str
-        Of the map file.
+        SHA-256 of the map file.
     vireport, numpy : str
         Versions that computed it: results may differ between them in the last bits.
     cells, chunks : int
-        Of the whole map.
+        Numbers of cells and chunks of the whole map.
     chunk : int or None
         Number of the chunk; None for the whole map.
     """

@@ -1,4 +1,4 @@
-"""A chart: every locus that is reached in the plane of two inputs, and what is stable along some sweeps across it."""
+"""A chart: all loci that are reached in the plane of two inputs, and which motions are stable along some sweeps."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class ChartStart(Struct, frozen=True):
 
 
 class PlaneLoci(Struct, frozen=True, eq=False):
-    """Loci in a plane, the points where they meet, and what is stable along some sweeps across it.
+    """Loci in a plane, the points where they meet, and the motions that are stable along some sweeps across it.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Chart(PlaneLoci, frozen=True, eq=False):
     design : ChartedDesign or None
         None where the scenario has no design point in the plane.
     tolerances : tuple of (float, float)
-        That of each input, in its unit and in per cent; zeros where none is stated.
+        Tolerance of each input, in its unit and in per cent; zeros where none is stated.
     """
 
     regions: Regions
@@ -152,7 +152,7 @@ def loci_over(
     Raises
     ------
     UsageError
-        If there is no motion of a word that is given.
+        If there is no motion of the word of a start.
     """
     one_to_one = Word((1, -1), plane.device.period_ratio)
     if not plane.swept:
@@ -181,7 +181,7 @@ def loci_over(
 
 
 def with_regions(drawn: PlaneLoci, device: Device, progress: Progress = lambda what: None) -> Chart:
-    """Find what is stable in each of the regions between loci, and the margins of a device as the design point.
+    """Find the stable motions in each of the regions between loci, and the margins of a device as the design point.
 
     Parameters
     ----------

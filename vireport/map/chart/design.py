@@ -1,4 +1,4 @@
-"""The design point in the plane of a chart: what is stable there, and how far it is from the ends of that."""
+"""The design point in the plane of a chart: which motions are stable there, and how far away these end."""
 
 from __future__ import annotations
 

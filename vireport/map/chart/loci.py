@@ -1,6 +1,6 @@
 """Loci: the curves in the plane of two inputs of a device along which an event of a motion occurs.
 
-Conditions of the motion and of the event together leave one unknown too many, so that a locus is a path like a family.
+The conditions of the motion and of the event are one fewer than the unknowns, so that a locus is a path like a family.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ FIRST_STEP, LONGEST_STEP, SHARPEST = 3e-3, 0.06, 0.25
 
 
 class Locus(Path, frozen=True, eq=False, dict=True):
-    """The motions of one sequence at which a condition holds, as a curve over a plane.
+    """The motions of one word at which a condition holds, as a curve over a plane.
 
-    The unknowns are the N velocities, the N times and the two inputs. A pitchfork is of symmetric motions: the second
+    The unknowns are the N velocities, the N times and the two inputs. At a pitchfork motions are symmetric: the second
     half of their impacts is the mirror image of the first.
     """
 
@@ -118,10 +118,10 @@ class Locus(Path, frozen=True, eq=False, dict=True):
         return [turn for turn in turning if (np.abs((turn.time - rests + 1) % period - 1) > SAME_TOUCH).all()]
 
     def margins(self, x: Floats) -> Floats:
-        """What is positive of a motion within the plane.
+        """Numbers that are all positive for a motion within the plane.
 
-        Distances to its edges, velocities, gaps to the walls; of an impact without velocity the acceleration away from
-        its membrane.
+        They are distances to the edges of the plane, velocities, gaps to the membranes and, for an impact without
+        velocity, the acceleration away from its membrane.
         """
         count, p = len(self.word), x[2 * len(self.word) :]
         edges = np.concatenate([p - self.plane.low, self.plane.high - p]) / np.tile(self.plane.widths, 2)
@@ -175,9 +175,9 @@ class Locus(Path, frozen=True, eq=False, dict=True):
     def criticality(self, point: PathPoint) -> float:
         """On which side of a locus of period doublings the doubled motions are, and how far.
 
-        Across the locus, in shares of the ranges, over the square of their distance from the motion of the point, to
-        leading order. Zero where it changes from soft to hard: the normal form's cubic coefficient is. Nan where an
-        impact is so slow that it would be lost at the amplitude of the differences.
+        That is their distance across the locus, in shares of the ranges, over the square of their distance from the
+        motion of the point, to leading order. It is zero, as the cubic coefficient of the normal form, where the
+        doubling changes from soft (supercritical) to hard; NaN where an impact is too slow for the finite differences.
         """
         motion, widths = self.motion(point.x).times(2), self.plane.widths
         if np.abs(motion.velocity).min() < 10 * AMPLITUDE:

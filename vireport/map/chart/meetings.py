@@ -42,11 +42,11 @@ class Meeting(Struct, frozen=True, eq=False):
     Attributes
     ----------
     events : tuple of Event
-        Both that happen there, the second one `GRAZING` where a membrane is touched.
+        The two events there, the second one `GRAZING` where a membrane is touched.
     motion : Motion
         With its touches as impacts of velocity zero.
     inputs, error_bound : tuple of float
-        Values of the two inputs, in their units; what bounds their errors is inf where it is not known.
+        Values of the two inputs and bounds of their errors, in their units; inf where no bound is known.
     """
 
     events: tuple[Event, Event]
@@ -56,7 +56,7 @@ class Meeting(Struct, frozen=True, eq=False):
 
     @property
     def word(self) -> str:
-        """The motion's, without touches."""
+        """The word of the motion without touches."""
         return self.motion.without_impacts(self.motion.rests).word.canonical().letters
 
 

@@ -57,7 +57,7 @@ class FollowedLocus(Struct, frozen=True, eq=False):
     x : ndarray (n, 2N + 2)
         Velocities, times and inputs of its motions, in order.
     trace : ndarray (n,)
-        At grazing points, of the motion without the touch.
+        Trace; at grazing points that of the motion without the touch.
     events : tuple of (int, Event)
         Rows at which something else happens as well; the first and last end it.
     """
@@ -74,12 +74,12 @@ class FollowedLocus(Struct, frozen=True, eq=False):
 
     @property
     def word(self) -> str:
-        """The motion's, without a touch."""
+        """The word of the motions without a touch."""
         return self.path.touched.canonical().letters
 
     @property
     def symmetric(self) -> bool | None:
-        """Whether its motions are their own mirror images; None where motions have none, as gravity parts them."""
+        """Whether its motions are their own mirror images; None where gravity or unlike ends break the symmetry."""
         if not self.path.plane.horizontal:
             return None
         motion = self.path.motion(self.x[len(self.x) // 2])

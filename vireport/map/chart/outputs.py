@@ -59,7 +59,7 @@ def report_of(
 
 
 def text(chart: Chart, templates: Path | None = None, tables: bool = False) -> str:
-    """What a chart comes to, for a terminal: the answer, and with `tables` all that is known."""
+    """The text of a chart for a terminal: the answer, and with `tables` all numbers."""
     opening = chart_opening(chart, naming(chart, templates)).worded(templates)
     facts = [fact for _, fact in opening.facts[1:]]
     rest = plain_text([*facts, *_parts(chart, templates)]) if tables else ""
@@ -67,7 +67,7 @@ def text(chart: Chart, templates: Path | None = None, tables: bool = False) -> s
 
 
 def markdown(chart: Chart, templates: Path | None = None) -> str:
-    """What a chart comes to, in Markdown."""
+    """The text of a chart in Markdown."""
     opening = chart_opening(chart, naming(chart, templates)).worded(templates)
     parts = [opening.sentence, *(fact for _, fact in opening.facts), *_parts(chart, templates)]
     said = "\n\n".join(markdown_text(part) if isinstance(part, str) else markdown_of(part) for part in parts)

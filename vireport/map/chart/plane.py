@@ -27,7 +27,7 @@ class LocalGroups(Struct, frozen=True, eq=False):
     gradients: Floats
 
     def at(self, varied: Sequence[Any]) -> Groups[Any]:
-        """The groups at the point, whatever the inputs: it stands for a plane where one point is looked at."""
+        """The groups at the point, whatever the inputs: it takes the place of a plane for a single point."""
         return self.groups
 
     def slopes(self, varied: Sequence[Any]) -> Floats:
