@@ -1,7 +1,7 @@
 """Scenarios side by side: which is best, and their stable ranges, margins, voltages and critical points.
 
-What is compared is what scenarios have in common. A swept value stands beside another only where both scenarios
-sweep the same parameter; across lengths, forces and frequencies, places are compared in d, as the paper does.
+Scenarios are compared in what they have in common. Swept values are compared directly only where both scenarios sweep
+the same parameter; across lengths, forces and frequencies they are compared in d, as the paper does.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Comparison(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def exactness(self) -> Exactness:
-        """How exact the numbers of all scenarios are, which says how many digits are shown."""
+        """How exact the numbers of all scenarios are, which determines how many digits are shown."""
         return _exactness(self.studies)
 
     @cached_property
@@ -236,7 +236,7 @@ def compare(
 
 
 def _exactness(studies: Sequence[Study]) -> Exactness:
-    """The largest relative error of the numbers of all studies: those of a row are as exact as the least exact one."""
+    """The exactness of the least exact study, which counts for the numbers of all."""
     return max((study.evidence.exactness for study in studies), key=lambda of_study: of_study.relative)
 
 
@@ -262,7 +262,7 @@ def _merits_asked(names: Sequence[str], chosen: Sequence[Variant]) -> tuple[Meri
 
 def _solved(variant: Variant, say: Progress) -> Study:
     try:
-        # Without its own share: the one that is shown is that of all scenarios.
+        # Without the step's share of the work: the share that is shown is that of all scenarios.
         return analyse(variant.loaded, progress=lambda what: say(f"{variant.name}: {what}"))
     except NumericalError as error:
         raise NumericalError(f"{variant.name}: {error}") from error

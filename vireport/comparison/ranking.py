@@ -84,7 +84,7 @@ class Ranked(Struct, frozen=True, eq=False):
     study : Study
     margin : Margin or None
         To the nearest end of stable motion over all inputs by rigid impacts; None where the design point has no stable
-        motion, or it ends nowhere, or where is not known.
+        motion, or it ends nowhere, or its end is not known.
     merits : mapping of Merit to float or None
         Requirements not met, as a negative number; 1 for stable motion that no simulation contradicts, else 0; 1 where
         1:1 motion is reached from rest, else 0; forcing periods until 1 % of a small disturbance is left, as a negative
@@ -93,7 +93,7 @@ class Ranked(Struct, frozen=True, eq=False):
         motion ends nowhere; width of the widest stable range, where there is no margin; U_ave [V] and voltage per
         second [V/s] of the stable motion at the design point, of several the least.
     order : tuple of Merit
-        What it is ranked by, what matters most first.
+        The merits that scenarios are ranked by, the most important first.
     """
 
     name: str
@@ -114,7 +114,7 @@ class Ranked(Struct, frozen=True, eq=False):
     @property
     def key(self) -> tuple[float, ...]:
         """The merits, rounded; of two scenarios the one with the larger key is better."""
-        # What has no margin, or no voltage, comes after all that have one.
+        # Scenarios without a margin, or without a voltage, come after all that have one.
         values = (self.merits[merit] for merit in self.order)
         return tuple(-inf if value is None else float(f"{value:.{RANKED_DIGITS}g}") for value in values)
 
@@ -203,11 +203,11 @@ class Ranked(Struct, frozen=True, eq=False):
 def rank_studies(studies: Mapping[str, Study], merits: Sequence[Merit] = ()) -> tuple[Ranked, ...]:
     """Rank scenarios, given by their names, the best first; those that differ in no merit stay in their order.
 
-    What is asked for comes after stable motion, and before the margin.
+    Merits that are asked for come after stable motion and before the margin.
     """
     order = (*FIRST, *merits, *(merit for merit in ALWAYS if merit not in FIRST))
     swept = {study.solution.sweep.parameter for study in studies.values() if study.solution.sweep is not None}
-    # Two that stand all that was tried cannot be told apart by how far that was: what is tried in all is compared.
+    # Scenarios that withstand all shocks tried do not differ by how far these were: the least such size counts.
     tried = min((size for study in studies.values() if (size := _withstands_all(study)) is not None), default=inf)
     unranked = [
         Ranked(name, 1, study, *_merits(study, len(swept) == 1, tried), order) for name, study in studies.items()
@@ -235,7 +235,8 @@ def _withstands_all(study: Study) -> float | None:
 def _merits(study: Study, alike: bool, tried: float) -> tuple[Margin | None, dict[Merit, float | None]]:
     """Find the margin and the merits of a scenario.
 
-    `alike` says whether all sweeps are of one parameter, `tried` up to which size all that stand all are known to.
+    `alike` says whether all sweeps are of one parameter, `tried` is the size of shocks that counts for scenarios that
+    withstand all shocks tried [m/s].
     """
     solution, stable = study.solution, bool(study.verdict.motion.data.types)
     runs = stable or (solution.on_table and bool(study.verdict.motion.data.instead))
@@ -292,7 +293,7 @@ def held_against(conclusion: AnyConclusion) -> Said:
 
 def _room(design: DesignPoint) -> tuple[Margin | None, float | None]:
     """Find the nearest end of stable motion and its relative distance, infinite where there is no end."""
-    # An end that rounding does not resolve may be nearer than all that are known.
+    # An end that rounding does not resolve may be nearer than all known ends.
     if design.unresolved_inputs:
         return None, None
     end = next((end for end in design.limits() if end.relative is not None), None)

@@ -1,1 +1,1 @@
-"""The best design: which values of some inputs make an objective largest, all requirements met."""
+"""Search for the best design: the values of some inputs that make an objective largest with all requirements met."""

@@ -1,11 +1,11 @@
-"""An upper bound of the objective over all designs, proved: what no design in the ranges exceeds.
+"""A proved upper bound of the objective over all designs in the ranges.
 
-Every stable motion is a point of the surface over (q, phase), see `vireport.motions.orbits`. Tiles cover it, in affine
-arithmetic; those are left out on which no motion is stable, or the ball would pass through a membrane. What remains is
-drawn into a picture of (log d, gbar): where stable motions may be, and how fast their impacts. The ranges are cut into
-boxes. Where only empty pixels are met, by a box or by its devices with an input off by the margin required, no design
-has both; of the other boxes the fastest impacts bound the objective. Those that may hold a better design are halved,
-and the picture is drawn anew of what they meet.
+Every stable motion is a point of the surface over (q, phase), see `vireport.motions.orbits`. Tiles in affine arithmetic
+cover the surface; those on which no motion is stable, or the ball would pass through a membrane, are left out. The
+others are drawn into a picture of (log d, gbar): where stable motions may be, and how fast their impacts. The ranges
+are cut into boxes. If a box meets only empty pixels, or its devices do with one input off by the required margin, no
+design in it meets the requirements. For the other boxes the fastest impacts bound the objective. Boxes that may hold a
+better design are halved, and the picture is drawn again for what they meet.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class PixelPicture(Struct, frozen=True, eq=False):
     Attributes
     ----------
     low, high, pixel : ndarray, shape (2,)
-        Its corners, and the size of a pixel.
+        Corners of the picture, and size of a pixel, in (log d, gbar).
     fastest, slowest : ndarray, shape `(2, *PIXELS)`
         Bounds of the impact speeds at the bottom and at the top [y_c]; -inf and inf where there is no motion.
     """
@@ -107,7 +107,7 @@ class PixelPicture(Struct, frozen=True, eq=False):
         return fastest, slowest
 
     def pixels(self, boxes: Boxes) -> Iterator[tuple[Ints, Ints, Ints]]:
-        """The pixels that boxes of (log d, gbar) touch: which boxes, and a pixel of each; every pixel of each comes."""
+        """All pixels that boxes of (log d, gbar) touch, in batches: boxes, and both indices of a pixel of each."""
         ends = boxes.low, boxes.high
         (i, j), (last_i, last_j) = ([self.index(end[axis], axis) for axis in (0, 1)] for end in ends)
         for di in range(int((last_i - i).max(initial=-1)) + 1):
@@ -118,9 +118,9 @@ class PixelPicture(Struct, frozen=True, eq=False):
 
 
 def picture_of(r: Restitution, n: int, low: Floats, high: Floats) -> PixelPicture:
-    """Draw where devices with a restitution may have stable motions, from one (log d, gbar) to another.
+    """Draw where devices with a restitution may have stable motions, between two corners in (log d, gbar).
 
-    Invariant: a stable motion lies over a tile that is left, or in a pixel that is drawn with its speeds.
+    Invariant: a stable motion lies over a tile that is still to be drawn, or in a pixel that is drawn with its speeds.
     """
     pixel = (high - low) / PIXELS
     pixel = np.maximum(pixel, pixel.max() / 4)  # not too fine across a picture that is a line
@@ -139,7 +139,7 @@ def picture_of(r: Restitution, n: int, low: Floats, high: Floats) -> PixelPictur
 
 
 def _drawn(picture: PixelPicture, tiles: Boxes, r: Restitution, n: int, last: bool) -> Boxes:
-    """Draw the tiles that are small enough; both halves of the others that may have a stable motion."""
+    """Draw the tiles that are small enough; returns both halves of the others that may have a stable motion."""
     restitution = map_restitution(r, lambda at: between(np.full(len(tiles), at), np.full(len(tiles), at), 0, SYMBOLS))
     times, phases = (between(tiles.low[i], tiles.high[i], i, SYMBOLS) for i in (0, 1))
     with np.errstate(all="ignore"):  # what is not finite leaves out nothing
@@ -150,8 +150,8 @@ def _drawn(picture: PixelPicture, tiles: Boxes, r: Restitution, n: int, last: bo
         )
         edge = picture.low[:, None], picture.high[:, None]
         out = (upper < edge[0]).any(axis=0) | (lower > edge[1]).any(axis=0)
-        # A tile is left out only for what holds in all of it. Comparisons with nan are false, so that what is not
-        # resolved stays.
+        # A tile is left out only if the reason holds in all of it. Comparisons with NaN are false, so that unresolved
+        # tiles stay.
         rows = np.flatnonzero(~(out | (orbit.velocity_bottom.upper <= 0) | (orbit.velocity_top.lower >= 0)))
         rows = rows[_may_be_stable(orbit.select(rows), map_restitution(restitution, itemgetter(rows)))]
         rows = rows[_may_stay_between(orbit.select(rows), map_restitution(restitution, itemgetter(rows)), n)]
@@ -177,7 +177,7 @@ def _drawn(picture: PixelPicture, tiles: Boxes, r: Restitution, n: int, last: bo
 
 
 def _may_be_stable(orbit: Orbits, r: Restitution) -> Mask:
-    """Whether the trace may be within its borders."""
+    """Whether the trace may be within the bounds of stability."""
     trace, border = return_trace(orbit, r), TRACE_LEVELS[Event.FOLD](lap_decay(r))
     return np.asarray(~((trace - border).lower > 0) & ~((trace + border).upper < 0))
 
@@ -187,8 +187,8 @@ def _may_stay_between(orbit: Orbits, r: Restitution, n: int) -> Mask:
     ops, inside = AFFINE, np.ones(len(orbit.d.centre), dtype=bool)
     for way in orbit.flights(r):
         for k in range(SAMPLES * n):
-            # A sample beyond a membrane anywhere proves that the motion passes through it; nothing follows from
-            # samples that are within. So a few suffice for a bound, and more only sharpen it.
+            # A sample beyond a membrane proves that the motion passes through it; samples within prove nothing. So a
+            # few suffice for a bound, and more only sharpen it.
             time = way.duration * ((k + 0.5) / (SAMPLES * n))
             angle = ops.pi * time
             covered = way.covered(time, way.turned(ops.sin(angle), ops.cos(angle))[1], ops.pi)
@@ -199,16 +199,16 @@ def _may_stay_between(orbit: Orbits, r: Restitution, n: int) -> Mask:
 class _Bounded(Struct, frozen=True, eq=False):
     """Boxes of designs, each with a bound.
 
-    Invariant: no design of a box that meets what is required has more of the objective than the box has as `most`.
+    Invariant: no design of a box that meets the requirements has an objective above the `most` of the box.
 
     Attributes
     ----------
     boxes : Boxes
         Of k.
     most : ndarray (k,)
-        -inf where no design of the box meets it.
+        Bound of the objective; -inf where no design of the box meets the requirements.
     excluded : ndarray of int
-        Boxes that each of the devices off by the margin has excluded.
+        Number of boxes that each of the devices with an input off by the margin has excluded.
     """
 
     boxes: Boxes
@@ -217,7 +217,7 @@ class _Bounded(Struct, frozen=True, eq=False):
 
     @property
     def largest(self) -> float:
-        """What no design of any box exceeds."""
+        """Bound of the objective over all boxes."""
         return float(self.most.max(initial=-np.inf))
 
     def __getitem__(self, rows: Any) -> _Bounded:
@@ -227,9 +227,9 @@ class _Bounded(Struct, frozen=True, eq=False):
 def largest_value(problem: Problem, best: float) -> float | None:
     """A value of the objective that no design in the ranges exceeds; None where none can be given.
 
-    That is where the objective is none of `GROWING`, or shall be small, or the restitution or a number of the membranes
-    varies. Tolerances have no part in it, nor have margins in restitution or to one kind of critical point and the
-    difference of the voltages: without them it can only be larger.
+    None is returned where the objective is none of `GROWING`, or is to be small, or where the restitution or a number
+    of the membranes varies. Tolerances, margins in restitution or to one kind of critical point, and the difference of
+    the voltages are ignored: without them the bound can only be larger.
 
     Invariant: no design exceeds the larger of `done`, which bounds the boxes that are cut no further, and of the bounds
     of the boxes that are `left`.
@@ -249,8 +249,8 @@ def largest_value(problem: Problem, best: float) -> float | None:
     off = displaced(problem.share)
     for number in range(ROUNDS):
         bounded = _bounds(problem, boxes, off, together=number < TOGETHER)
-        # Looking up every device costs a picture each. Those that excluded most in the round before do nearly all,
-        # and leaving the others out can only make the bound larger.
+        # Each device costs a picture. Those that excluded most boxes in the round before do nearly all, and leaving out
+        # the others can only make the bound larger.
         order = bounded.excluded.argsort(kind="stable")[::-1]
         off = [off[k] for k in sorted(order[:TELLING])] if number else off
         goes_on = bounded.most > best * (1 + AIM)
@@ -268,7 +268,7 @@ def largest_value(problem: Problem, best: float) -> float | None:
 
 
 def displaced(share: float) -> list[tuple[DesignInput, float]]:
-    """Inputs but for restitutions, and factors by which they are off in devices that a margin of a share includes."""
+    """Inputs other than restitutions, and factors by which they are off in devices within a margin."""
     # A design with the margin has stable motion wherever one input is off by less: each such device that surely has
     # none excludes the design. This needs pictures alone, no margins of boxes.
     inputs = [change for change in DISPLACED if change[0] not in RESTITUTIONS] if share else []

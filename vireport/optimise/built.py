@@ -25,7 +25,7 @@ ROUNDINGS = 6
 
 
 def built_design(problem: Problem, best: JudgedDesign) -> JudgedDesign | None:
-    """Round a design as little as needed; None where no rounded one of those tried meets all requirements.
+    """Round a design to as few digits as possible; None where no rounded one that is tried meets all requirements.
 
     Each input is rounded up or down, within its range; an input at an end of it stays there.
 
@@ -33,7 +33,7 @@ def built_design(problem: Problem, best: JudgedDesign) -> JudgedDesign | None:
     ----------
     problem : Problem
     best : JudgedDesign
-        That meets them.
+        A design that meets all requirements.
     """
     tried = TRIED_COSTLY if problem.is_costly else TRIED
     for t in islice(_rounded(problem, best.t), tried):

@@ -1,4 +1,4 @@
-"""Many designs at once: the objective, and how far on the right side of their limits they are."""
+"""Many designs at once: their objective, and their slacks, positive where a limit is met."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class CellValues(Struct, frozen=True, eq=False):
     value : ndarray
         The signed objective, that of the worst stable motion; NaN where there is none, or where it is a margin.
     slack : ndarray, shape (cells, OF_MOTION + limits)
-        How far on the right side of its limit each quantity is, over the limit, in the worst stable motion; negative
-        on the wrong side. The first two are for stability and the gap to a membrane.
+        Distance of each quantity from its limit, over the limit, in the worst stable motion; negative where the limit
+        is not met. The first two are for stability and the gap to a membrane.
     """
 
     stable: Mask
@@ -78,9 +78,9 @@ def evaluate(problem: Problem, t: Floats) -> CellValues:
 def corner_slack(problem: Problem, t: Floats, share: float = 1.0) -> Floats:
     """How far the devices at the corners of the tolerances are from the end of stable motion, shape (cells, corners).
 
-    Of the motion that is farthest from it: the lesser of its slacks of stability and gap, as in `CellValues`; negative
-    where none is stable, NaN where there is none. Every device within the tolerances has stable motion only if all
-    corners have.
+    That is the lesser of the slacks of stability and gap, as in `CellValues`, of the motion for which it is largest;
+    negative where no motion is stable, NaN without a motion. If not all corners have stable motion, not every device
+    within the tolerances has.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def corner_slack(problem: Problem, t: Floats, share: float = 1.0) -> Floats:
     t : ndarray, shape (cells, inputs)
         May be complex, see `evaluate`.
     share : float
-        Of the tolerances.
+        Share of the tolerances.
     """
     designs = problem.designs(t)
     widths = problem.half_widths(designs)
@@ -109,9 +109,10 @@ def corner_slack(problem: Problem, t: Floats, share: float = 1.0) -> Floats:
 
 
 def _slack(designs: Designs) -> tuple[Floats, Floats]:
-    """How far motions are from losing their stability and from grazing.
+    """Slacks of motions: how far they are from losing their stability, and from grazing.
 
-    By the trace over 1 + r^4, with a power of its distance from a fold, see `AT_FOLD`; by the gap over d.
+    The first is by the trace over 1 + r^4, with a power of its distance from a fold, see `AT_FOLD`; the second is the
+    gap over d.
     """
     motions = designs.motions
     share = motions.trace / TRACE_LEVELS[Event.FOLD](

@@ -1,6 +1,6 @@
-"""The best design by a global solver: SciPy's differential evolution over the exact values that a grid has.
+"""The best design by a global solver: SciPy's differential evolution on the same exact values that a grid has.
 
-It looks between the cells, wherever in the ranges that is; what it finds is refined and judged as a cell is.
+It searches all of the ranges, also between the cells; the design that it finds is refined and judged as a cell is.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ def evolve(problem: Problem, cells: Floats, widest: float | None) -> Floats | No
     cells : ndarray, shape (cells, inputs)
         The best of a grid, half of the first population; the other half are Sobol points.
     widest : float or None
-        A margin, as a share, that no cell has, where margins are looked for.
+        A margin, as a share, that no cell has; None where no margin is sought.
 
     Returns
     -------
     ndarray, shape (inputs,), or None
-        None where no design was met that has stable motion within the limits and may meet what only a run judges.
+        None where no design was found with stable motion within the limits that may meet what only a run judges.
     """
     from scipy.optimize import differential_evolution  # type: ignore[import-untyped]
     from scipy.stats import qmc  # type: ignore[import-untyped]
@@ -65,7 +65,7 @@ def evolve(problem: Problem, cells: Floats, widest: float | None) -> Floats | No
 
 
 def _cost(problem: Problem, t: Floats, widest: float | None) -> Floats:
-    """The cost that the search makes small: minus the objective, or from 0 on what a design lacks of its limits."""
+    """The cost to be minimised: minus the objective or, from 0 upwards, by how much a design misses its limits."""
     cells = evaluate(problem, t)
     slack = np.nan_to_num(np.hstack([cells.slack, corner_slack(problem, t)]), nan=-1.0)
     cost: Floats = -np.minimum(slack, 0.0).sum(axis=1)

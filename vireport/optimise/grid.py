@@ -1,4 +1,4 @@
-"""The grid of a search: cells with their values, and what runs have judged of them and of the designs between."""
+"""The grid of a search: cells with their values, and the judgements of runs on these and on designs between them."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class JudgedDesign(Struct, frozen=True, eq=False):
     study : Study
     value : float
     repeats : bool
-        Whether devices that are `OFF` in one input start by themselves, too, where that is required. Next to where a
-        long irregular beginning ends by chance, they do not: there none can be built that does.
+        Whether devices that are `OFF` in one input start by themselves, too, where that is required. Where a long
+        irregular transient ends on the motion by chance, they do not, and no device can be built that surely does.
     """
 
     t: Floats
@@ -65,7 +65,7 @@ class JudgedDesign(Struct, frozen=True, eq=False):
         return tolerances is None or tolerances.proved or enough
 
     def meets_requirements(self, but: frozenset[str] = frozenset()) -> bool:
-        """Whether all requirements are met, but for some by their keys, and the tolerances, and a device repeats it."""
+        """Whether all requirements are met, but for those with some keys, and the tolerances, and devices repeat it."""
         return self.repeats and self.tolerated and all(line.key in but for line in unmet_criteria(self.study.criteria))
 
     @property
@@ -75,7 +75,7 @@ class JudgedDesign(Struct, frozen=True, eq=False):
 
     @property
     def shortfall(self) -> float:
-        """Distance by which the worst requirement is missed, over its limit; infinite where that is no number."""
+        """Distance by which the worst requirement is missed, over its limit; infinite where it is no number."""
         lines = unmet_criteria(self.study.criteria)
         if not (self.tolerated and self.repeats) or any(line.outcome.margin is None for line in lines):
             return inf
@@ -88,11 +88,11 @@ class Judged(Struct, eq=False):
     Attributes
     ----------
     count : int
-        How often one was judged.
+        Number of designs that were judged.
     verdicts : dict
-        Whether each meets all requirements, by its bytes.
+        Whether each design meets all requirements, by the bytes of its t.
     best : JudgedDesign or None
-        Of those that do.
+        The best of the designs that do.
     nearest : JudgedDesign or None
         The one that misses the requirements by least.
     """
@@ -112,7 +112,7 @@ class Judged(Struct, eq=False):
 
 
 class DesignGrid(Struct, frozen=True, eq=False):
-    """The cells of a search: designs t (cells, inputs) on a regular grid, ends included; and what was judged of it."""
+    """The cells of a search: designs t (cells, inputs) on a regular grid, ends included, and the judgements of runs."""
 
     problem: Problem
     counts: tuple[int, ...]
@@ -137,7 +137,7 @@ class DesignGrid(Struct, frozen=True, eq=False):
         return rows if np.isnan(value).all() else rows[np.argsort(-value, kind="stable")]
 
     def tolerated(self, rows: Ints, share: float = 1.0) -> Ints:
-        """Select those of some cells that have stable motion at all corners of a share of the tolerances."""
+        """Those of some cells that have stable motion at all corners of the tolerances, scaled by a share."""
         slack = corner_slack(self.problem, self.t[rows], share)
         return rows[(np.nan_to_num(slack, nan=-1.0) >= 0).all(axis=1)]
 

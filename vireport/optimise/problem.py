@@ -1,4 +1,4 @@
-"""What a best design is looked for in: the designs that there are, what they are judged by, and their scenarios.
+"""The problem of a search for the best design: all designs, what they are judged by, and their scenarios.
 
 A design is a point t of the unit cube, 0 and 1 in each coordinate being the ends of the range of an input.
 """
@@ -76,15 +76,15 @@ class Problem(Struct, frozen=True):
     loaded : Loaded
         The scenario.
     design : Design
-        What it says of the search.
+        The block of the scenario on the search.
     required : tuple of (Requirement, Limit)
-        What the scenario requires, with what `USUAL` adds.
+        The requirements of the scenario, with those that `USUAL` adds.
     margins : tuple of (tuple of Event, float)
         The margins required, as shares, to critical points of some kinds.
     tolerated : float
-        Share of the tolerances at all corners of which a design must have stable motion.
+        Share of the tolerances at whose corners a design must have stable motion.
     usual : tuple of (Requirement, Limit)
-        Those of the requirements that the scenario does not give.
+        The requirements that the scenario does not set.
     """
 
     loaded: Loaded
@@ -96,12 +96,12 @@ class Problem(Struct, frozen=True):
 
     @property
     def objective(self) -> Objective:
-        """What shall be as large or as small as possible."""
+        """The quantity to be made as large or as small as possible."""
         return self.design.objective
 
     @property
     def sign(self) -> float:
-        """1 where it shall be large, -1 where it shall be small: the search maximises the sign times the number."""
+        """1 where the objective is to be large, -1 where small: the search maximises the sign times the objective."""
         return 1.0 if self.design.maximise is not None else -1.0
 
     @property

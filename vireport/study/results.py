@@ -112,9 +112,9 @@ def analytic_results(solution: Solution, scenario: dict[str, object], no_distort
     ----------
     solution : Solution
     scenario : dict
-        As understood.
+        The scenario as it was understood, as plain data.
     no_distortion : str or None
-        Why the harmonics that end stable motion were not looked for.
+        Why the harmonics that end stable motion were not sought; None where they were.
     """
     bounds = solution.bounds.branches
     return Results(
@@ -493,7 +493,7 @@ def on_bottom_data(ranges: tuple[FollowedMotion, ...]) -> OnBottomData:
 
 
 def effects_data(shifts: Shifts) -> EffectsData:
-    """Where the nearest end of stable motion would be with what the model leaves out."""
+    """Where the nearest end of stable motion would be with each of the neglected effects."""
     end = shifts.end
     return EffectsData(
         parameter=None if end is None else end.parameter,
@@ -599,7 +599,7 @@ def _range(part: StableInterval, otherwise: str) -> StableRangeData:
 
 
 def _reason(point: Point | None, otherwise: str) -> str:
-    """What ends a stable range."""
+    """Why a stable range ends: the label or name of its critical point, or `otherwise`."""
     return otherwise if point is None else point.label or point.event.words
 
 
