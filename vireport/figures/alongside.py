@@ -1,7 +1,7 @@
 """Finds places for names in a plane of curves: along a curve, beside the bar of a margin, around a point.
 
-A name lies on nothing: of the places that are tried the first one is taken where it covers no curve, bar or other name,
-and the fewest thin lines. What is there is a cloud of points. Lengths are in inches of the panel.
+Names overlap nothing: of the places that are tried, the first is taken at which the name covers no curve, bar or other
+name, and the fewest thin lines. All that is drawn is held as a cloud of points. Lengths are in inches of the panel.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Paper(Struct, eq=False):
     size : tuple of float
         Width and height of the panel.
     solid, thin : list of ndarray
-        Points of what no name may lie on, and of what it should not.
+        Points of things that no name may cover, and of things that it should not cover.
     """
 
     axes: Axes
@@ -55,7 +55,7 @@ class Paper(Struct, eq=False):
     thin: list[Floats] = field(default_factory=list)
 
     def inches(self, points: Any) -> Floats:
-        """Where points of the axes are in the panel."""
+        """Places in the panel [in] of points in data coordinates."""
         low, high = np.array([self.axes.get_xlim(), self.axes.get_ylim()]).T
         return np.asarray((np.asarray(points, dtype=float) - low) / (high - low) * self.size)
 
@@ -204,13 +204,13 @@ def dense(points: Floats) -> Floats:
 
 
 def covered(place: Place, half: Floats, cloud: Floats) -> int:
-    """How many points of a cloud a name lies on."""
+    """Number of points of a cloud that a name covers."""
     away = np.abs((cloud - np.array(place[:2])) @ _turn(place[2]))
     return int((away < half).all(axis=1).sum())
 
 
 def _turn(angle: float) -> Floats:
-    """What turns rows of coordinates by minus an angle, into the frame of a name at that angle."""
+    """The matrix that turns rows of coordinates by minus an angle, into the frame of a name at that angle."""
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 

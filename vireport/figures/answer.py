@@ -50,7 +50,7 @@ MOST_ENDS = 4
 
 
 def picture(study: Study, templates: Path | None = None) -> Picture | None:
-    """The figure with its words; None where no motion lies in the sweep."""
+    """The figure of impact speeds with its caption; None where no motion lies in the sweep."""
     drawn_stretches = stretches(study.solution)
     if not drawn_stretches:
         return None
@@ -67,7 +67,7 @@ def picture(study: Study, templates: Path | None = None) -> Picture | None:
 
 
 def figure_answer(study: Study) -> Figure:
-    """Impact speeds at either membrane over the sweep, lines labelled where they end."""
+    """Draw the impact speeds at either membrane over the sweep, with lines labelled where they end."""
     solution, sweep = swept_solution(study)
     low, high = sorted((float(sweep.start), float(sweep.end)))
     swept = sweep.parameter

@@ -1,6 +1,6 @@
-"""What of a study is drawn along its sweep, as plain arrays: stretches of motions, critical points, simulated motions.
+"""Data of a study that are drawn along its sweep, as plain arrays: stretches of motions, critical points, simulations.
 
-Only admissible motions come out of here.
+Only admissible motions are among them.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ class PairedImpacts(Struct, frozen=True, eq=False):
     Attributes
     ----------
     sweep_value, d : ndarray of shape (n,)
-        Where they are.
+        Values of the swept parameter and of d.
     velocity, phase, flight : ndarray of shape (2, n)
-        At the bottom and at the top: before the impacts, of either sign; [rad], in [0, 2 pi); half the flight times.
-        NaN where an impact has no partner on the other membrane.
+        At the bottom and at the top: velocity just before the impact, with its sign [y_c]; phase in [0, 2 pi) [rad];
+        half the flight time. NaN where an impact has no partner on the other membrane.
     voltages : Voltages or None
     """
 
@@ -68,7 +68,7 @@ class PairedImpacts(Struct, frozen=True, eq=False):
 
 
 class Doubled(Struct, frozen=True, eq=False):
-    """Motions next to one another on a branch that comes of period doublings, with each of their pairs of impacts.
+    """Neighbouring motions of a branch that arises by period doubling, with each of their pairs of impacts.
 
     Attributes
     ----------
@@ -84,15 +84,15 @@ class Doubled(Struct, frozen=True, eq=False):
 
 
 class Stretch(Struct, frozen=True, eq=False):
-    """Admissible motions of one kind of stability, next to one another on a branch.
+    """Neighbouring admissible motions of a branch with the same type of stability.
 
     Attributes
     ----------
     branch : Branch
     rows : slice
-        Of the branch's motions. At an end there may be the grazing one, where the admissible ones end.
+        Rows of the branch. At an end there may be the grazing motion, where the admissible ones end.
     stable, focus : bool
-        Whether it attracts the motions nearby; whether its eigenvalues are complex.
+        Whether the motions are stable; whether their multipliers are complex.
     """
 
     branch: Branch
@@ -152,7 +152,7 @@ def events(solution: Solution) -> list[DrawnPoint]:
 
 
 def doubled(study: Study) -> list[Doubled]:
-    """The motions that the 1:1 ones become by period doublings, with their mirror images where they have one."""
+    """The motions that arise from 1:1 motions by period doublings, with their mirror images where there are any."""
     atlas, solution = study.atlas, study.solution
     if atlas is None:
         return []
@@ -180,7 +180,7 @@ def doubled(study: Study) -> list[Doubled]:
 
 
 def impact_pairs(motions: Motions, period_ratio: int, cut: float = 0.0) -> ImpactPairs:
-    """What figure 2 shows of motions, at the bottom and at the top.
+    """The quantities of motions that figure 2 shows, at the bottom and at the top.
 
     The magnitude of the impact velocity, the phase from `cut` on [rad], and half the flight time, which is the time in
     periods.
@@ -211,7 +211,7 @@ def phase_cut(parts: Iterable[Stretch]) -> float:
 
 
 def voltage_curves(voltages: Voltages | None) -> list[Floats]:
-    """What figure 7 shows: the average and the voltages at the bottom and at the top; none without voltages."""
+    """The voltages that figure 7 shows: the average, and those at the bottom and at the top; () without voltages."""
     return [] if voltages is None else [voltages.average_v, voltages.bottom_v, voltages.top_v]
 
 

@@ -1,4 +1,4 @@
-"""The bifurcation diagram that comes from simulation alone, with its words."""
+"""The bifurcation diagram from simulation alone, with its caption."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def figure_diagram(study: Study, diagram: Diagram, values: Floats, d: Floats) ->
         figure, ((axes,),) = blank(1)
         if analytic:
             axes.plot(*joined(analytic), **ANALYTIC)
-        # The most frequent word last, so that it lies over the dots of what is not periodic.
+        # The most frequent word last, so that it is drawn over the dots of motions that are not periodic.
         for (_, points), look in reversed(looks):
             for wall, face in ((diagram.wall > 0, look["color"]), (diagram.wall < 0, "none")):
                 axes.plot(x[points & wall], speed[points & wall], **{"markerfacecolor": face} | look)

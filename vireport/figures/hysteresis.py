@@ -1,4 +1,4 @@
-"""The impacts of a sweep that is gone through slowly, upwards and downwards, with the jumps between motions."""
+"""Figure of the impacts along a slow sweep, upwards and downwards, with the jumps between motions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured impacts over what is computed: points with error bars, those of a sweep up and down told apart."""
+"""Measured impacts drawn over computed ones: points with error bars, with different marks for upwards and downwards."""
 
 from __future__ import annotations
 

@@ -71,13 +71,14 @@ class KickedPath(Struct, frozen=True, eq=False):
 
 
 class LeastKicks(Struct, frozen=True, eq=False):
-    """The way out of a motion that takes the least kicks.
+    """The way out of a motion with the least kicks that were found: a local minimum, so that Q is an upper bound.
 
     Attributes
     ----------
     path : KickedPath
     shock : float
-        Least single kick found just after an impact that leads out [y_c]; half its square is at least Q.
+        Least single kick found just after an impact that leads out [y_c]; half its square is at least the Q of the path
+        that begins with it.
     """
 
     path: KickedPath
