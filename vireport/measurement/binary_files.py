@@ -136,7 +136,7 @@ def read_parquet(name: str, data: bytes, keys: LayoutBlock, wanted: Wanted) -> R
         def stored(places: Sequence[int]) -> Mapping[int, Any]:
             if 8 * count * len(places) > budget_of(data):
                 raise too_large(name)
-            columns = {k: file.read(columns=[schema.names[k]]).column(0) for k in places}
+            columns = {k: file.read(columns=[schema.names[k]], use_threads=False).column(0) for k in places}
             return {k: column.to_numpy(zero_copy_only=False) for k, column in columns.items()}
 
         return table_of_vectors(name, "Parquet file", titles, stored, wanted)

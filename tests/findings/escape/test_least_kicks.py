@@ -7,9 +7,12 @@ from math import log
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.findings.escape.test_lifetimes import UNLIKE, cores_of
 from tests.findings.outcomes.devices import Case, case, of
+from vireport.findings.escape import escape
+from vireport.findings.escape import least_kicks as module
 from vireport.findings.escape.least_kicks import (
     KickedPath,
     impact_rows,
@@ -129,3 +132,27 @@ def test_at_b1_it_does_not_vanish_faster_than_linearly() -> None:
     assert 0 < np.polyfit(distances, values, 2)[-1] < values[-1] / 2
     shocks = [least_kicks(device.groups, cores_of(device)).shock for device in devices]
     assert shocks[-1] > 0.7 * shocks[0]
+
+
+@pytest.mark.parametrize("confirmed", [False, True])
+def test_no_law_is_claimed_of_a_sequence_that_is_not_confirmed_or_takes_more_than_one_kick(
+    confirmed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Q would be too large, and the motion said to last too long."""
+    device = case(force=3.0, length=1.3)
+    if confirmed:
+        found = module._settled
+        monkeypatch.setattr(
+            module, "_settled", lambda *at: (path := found(*at)) and replace(path, kicks=10 * path.kicks)
+        )
+    else:
+        monkeypatch.setattr(module, "_is_flown", lambda *_: False)
+    way = least_kicks(device.groups, cores_of(device))
+    assert way.path is None
+    assert way.shock > 0
+    monkeypatch.setattr(escape, "BUDGET", 20_000)
+    motions = MotionsByStability(device.stable, device.unstable)
+    lasting = escape.escape_from(device.groups, device.stable[0], motions, way.shock / 100)
+    assert (lasting.law, lasting.periods, lasting.reason) == (None, None, escape.Unlimited.TOO_LONG)
+    assert lasting.interval[0] > 0
+    assert escape.exponent_of(device.groups, device.stable[0], motions) is None

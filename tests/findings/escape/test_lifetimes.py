@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, log, sqrt
+from math import exp, inf, log, sqrt
 
 import numpy as np
 import pytest
@@ -246,3 +246,16 @@ def test_a_motion_that_is_reached_late_is_not_learnt_again() -> None:
     recognise = Recogniser(device.groups, device.stable)
     recognise(edge_rows(device.groups, device.stable[0]))
     assert len(recognise.cores) == 2
+
+
+@pytest.mark.parametrize("escaped", [[], [5.0]])
+def test_balls_that_were_followed_in_the_transient_alone_give_a_lower_end_only(escaped: list[float]) -> None:
+    """They have not left: the time up to which they were followed is no mean."""
+    early = Lifetime(
+        0.1, 50.0, np.array(escaped), np.full(len(escaped), -1), np.full(10, 20.0), 0, np.zeros((0, 4)), 400
+    )
+    low, high = early.interval
+    assert (early.mean, high) == (inf, inf)
+    followed = 200 + sum(escaped)
+    # As few events as were seen, of a Poisson process with that mean time between them.
+    assert sum(exp(-followed / low) * (followed / low) ** k for k in range(len(escaped) + 1)) == pytest.approx(0.025)

@@ -125,7 +125,7 @@ class DrivenData(ResultsBlock, frozen=True, kw_only=True):
     excitation
         the force that fits best
     impacts, periods
-        numbers of impacts and forcing periods evaluated
+        numbers of impacts and of periods of the 1:1 motion, n forcing periods each, that are evaluated
     words
         the impacts of a period, the most frequent first
     share_at_rest : 1

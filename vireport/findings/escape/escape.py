@@ -13,7 +13,7 @@ from msgspec import Struct
 from vireport.base.errors import NumericalError
 from vireport.base.records import brief
 from vireport.design.solution import Solution
-from vireport.findings.escape.least_kicks import LeastKicks, edge_rows, least_kicks
+from vireport.findings.escape.least_kicks import KickedPath, LeastKicks, edge_rows, least_kicks
 from vireport.findings.escape.lifetimes import ESCAPES, Lifetime, ReturnGrid, lifetime
 from vireport.findings.outcomes.returning import Core, Recogniser, patient
 from vireport.findings.outcomes.shock import MotionsByStability
@@ -109,6 +109,11 @@ class MotionEscape(Struct, frozen=True, eq=False):
     unknown: str = ""
 
     __repr__ = brief
+
+    @property
+    def path(self) -> KickedPath | None:
+        """The sequence with the least kicks that lead out; None where none is confirmed."""
+        return None if self.way is None else self.way.path
 
     @property
     def extrapolated(self) -> bool:
@@ -228,9 +233,10 @@ def escape_from(groups: Groups[float], motion: Motion, motions: MotionsByStabili
     except (NumericalError, ValueError) as error:
         return MotionEscape(motion, kick, unknown=str(error))
     way = least_kicks(groups, cores)
-    exponent = kick**2 if way is None else way.path.exponent
+    path = None if way is None else way.path
+    exponent = kick**2 if path is None else path.exponent
     grid = ReturnGrid(groups, cores, max(kick, sqrt(exponent / LEVELS[0])))
-    levels = () if way is None else tuple(_levels(grid, exponent))
+    levels = () if path is None else tuple(_levels(grid, exponent))
     law = _law(exponent, levels)
     simulated = None
     if law is None or law.log_periods(kick) < log(BUDGET / (ESCAPES * len(motion.word) / motion.word.periods)):
@@ -253,7 +259,7 @@ def exponent_of(groups: Groups[float], motion: Motion, motions: MotionsByStabili
         If a coefficient of restitution is zero: the ball does not bounce.
     """
     way = least_kicks(groups, _recognised(groups, motion, motions)[1])
-    return None if way is None else way.path.exponent
+    return None if way is None or way.path is None else way.path.exponent
 
 
 def _recognised(groups: Groups[float], motion: Motion, motions: MotionsByStability) -> tuple[Recogniser, list[Core]]:

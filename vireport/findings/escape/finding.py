@@ -84,7 +84,8 @@ class EscapeFinding(AddedFinding["Escape"]):
         """The number of periods of the motion that lasts least, or why there is none."""
         motions = blocks.get(self.name, {"motions": []})["motions"]
         if motions:
-            least = min(motions, key=lambda of: inf if of["periods"] is None else of["periods"])
+            # A motion of which nothing is known, not even a lower end, counts as the one that lasts least.
+            least = min(motions, key=lambda of: _lasting(of["periods"], of["low_95"], of["log_periods"]))
             bound = 0.0 if least["periods"] is None else (least["high_95"] - least["low_95"]) / 2
             yield AddedQuantity("mean_time", least["periods"], "forcing periods", bound, least["reason"] or "")
 
@@ -120,6 +121,13 @@ class EscapeFinding(AddedFinding["Escape"]):
             from vireport.findings.escape.figure import picture
 
             yield picture(escape, drawn, templates)
+
+
+def _lasting(periods: float | None, low: float | None, logarithm: float | None) -> float:
+    """Periods by which motions are ranked."""
+    if periods is not None:
+        return periods
+    return -inf if low is None and logarithm is None else inf
 
 
 FINDING = EscapeFinding()

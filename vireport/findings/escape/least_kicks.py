@@ -75,13 +75,13 @@ class LeastKicks(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    path : KickedPath
+    path : KickedPath or None
+        None where the simulation confirms none that takes less than the single kick.
     shock : float
-        Least single kick found just after an impact that leads out [y_c]; half its square is at least the Q of the path
-        that begins with it.
+        Least single kick found just after an impact that leads out [y_c]; half its square is at least Q of the path.
     """
 
-    path: KickedPath
+    path: KickedPath | None
     shock: float
 
     __repr__ = brief
@@ -123,7 +123,7 @@ def least_kicks(groups: Groups[float], cores: Sequence[Core]) -> LeastKicks | No
     Returns
     -------
     LeastKicks or None
-        None where no single kick that was tried leads out, or no path was found that the simulation confirms.
+        None where no single kick that was tried leads out.
 
     Notes
     -----
@@ -139,9 +139,11 @@ def least_kicks(groups: Groups[float], cores: Sequence[Core]) -> LeastKicks | No
         path = _settled(groups, cores[0].motion, impact, walls, time)
         if path is not None and _is_flown(groups, path):
             paths.append(path)
-    if not paths:
+    if not shocks:
         return None
-    return LeastKicks(min(paths, key=lambda path: path.exponent), min(shocks))
+    least, path = min(shocks), min(paths, key=lambda path: path.exponent, default=None)
+    # The single kick is a sequence, too: what takes more than that is not the least, and would promise too much.
+    return LeastKicks(None if path is None or path.exponent > least**2 / 2 else path, least)
 
 
 def edge_rows(groups: Groups[float], motion: Motion) -> Floats:

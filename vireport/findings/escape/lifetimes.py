@@ -194,8 +194,9 @@ class Lifetime(Struct, frozen=True, eq=False):
         from scipy.special import gammaincinv  # type: ignore[import-untyped]
 
         mean, error = self._estimate()
-        if mean == inf:  # at this rate, no escape in all of that time has a probability of 2.5 %
-            return float(self.escaped.sum() + self.staying.sum()) / -log(OUTSIDE), inf
+        if mean == inf:  # at this rate, as few escapes in all of that time have a probability of 2.5 %
+            followed = float(self.escaped.sum() + self.staying.sum())
+            return followed / float(gammaincinv(len(self.escaped) + 1, 1 - OUTSIDE)), inf
         # So many exponential times have a mean with this relative error.
         count = (mean / error) ** 2
         low, high = (mean * count / float(gammaincinv(count, end)) for end in (1 - OUTSIDE, OUTSIDE))
@@ -210,7 +211,8 @@ class Lifetime(Struct, frozen=True, eq=False):
         every = np.concatenate([self.escaped, self.staying])
         later = np.maximum(every - self.transient, 0.0)
         passes = later > 0
-        if not self.late and passes.any():
+        # Balls that were followed in the transient alone tell nothing of what comes after it.
+        if not self.late and len(self.staying):
             return inf, inf
         residual = float(later.sum()) / self.late if self.late else 0.0
         part = np.minimum(every, self.transient) + residual * passes

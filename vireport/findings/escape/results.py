@@ -93,7 +93,7 @@ class MotionEscapeData(ResultsBlock, frozen=True, kw_only=True):
     ends
         what those that left come to; if `extrapolated`, at the last of `levels`
     law
-        the law for small kicks; null where no kicks were found that lead out
+        the law for small kicks; null where no sequence of kicks that leads out is confirmed
     levels
         simulated with larger kicks, for the law
     checked, wrong
@@ -162,12 +162,12 @@ def _motion(of: MotionEscape, escape: Escape) -> MotionEscapeData:
 
 
 def _law(of: MotionEscape, unit: float) -> LawData | None:
-    if of.way is None:
+    if of.way is None or of.path is None:
         return None
-    kicks = of.way.path.kicks * unit
+    kicks = of.path.kicks * unit
     felt = abs(kicks) > 1e-3 * abs(kicks).max()
     return LawData(
-        q_m2_s2=of.way.path.exponent * unit**2,
+        q_m2_s2=of.path.exponent * unit**2,
         a=None if of.law is None else of.law.offset,
         a_standard_error=None if of.law is None else of.law.error,
         least_shock_m_s=of.way.shock * unit,

@@ -26,6 +26,7 @@ from vireport.motions.pointwise import find_motions
 from vireport.motions.stability import Stability, determinant_of
 from vireport.motions.sweep import Sweep
 from vireport.physics.motion import Symmetry
+from vireport.physics.numbers import wrapped
 from vireport.scenario.parameters import Parameter
 from vireport.simulation.attractors import find_attractor
 from vireport.simulation.events import BOTTOM, Impact
@@ -464,7 +465,7 @@ def _with_more_impacts(sweep: Sweep, within: Sequence[float], printed: PrintedMo
         if cycle is None or cycle.sticks or len(cycle.wall) != len(printed.flights):
             return None
         # Of its impacts on the bottom the one that the paper begins with.
-        first = int(np.argmin(np.where(cycle.wall == BOTTOM, np.abs(cycle.phase - start.phase), np.inf)))
+        first = int(np.argmin(np.where(cycle.wall == BOTTOM, np.abs(wrapped(cycle.phase - start.phase)), np.inf)))
         columns.append((cycle.velocity[first], cycle.phase[first], *np.roll(cycle.flight, -first - 1)))
     velocity, phase, *flights = (list(map(float, row)) for row in zip(*columns, strict=True))
     return _Ours(velocity, phase, [], flights)
