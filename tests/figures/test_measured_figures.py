@@ -9,9 +9,10 @@ import pytest
 from conftest import EXAMPLES
 
 from vireport import load
+from vireport.base.shares import NORMAL_95
 from vireport.design.solution import solution_of
 from vireport.figures.curves import TURN
-from vireport.figures.measured import BAR, WAYS, bars, draw, flight, impact_marks, legend, phase, speed
+from vireport.figures.measured import WAYS, bars, draw, flight, impact_marks, legend, phase, speed
 from vireport.figures.portraits import AT_END, arrivals, measured_times
 from vireport.figures.sweeps import drawing_of, figure_2, figure_4
 from vireport.physics.device import Device
@@ -105,14 +106,14 @@ def test_bars_are_of_95_per_cent():
 
     shown = study().measured[0].drawn_impacts
     for k, mark in enumerate(impact_marks(study().measured, speed, ("b", "t"))):
-        assert mark.high - mark.low == pytest.approx(2 * BAR * shown.errors[0][k : k + 1])
+        assert mark.high - mark.low == pytest.approx(2 * NORMAL_95 * shown.errors[0][k : k + 1])
     axes = Figure().add_subplot()
     one = np.ones(1)
     bars(axes, one, one, 0.1 * one, {"color": "k", "marker": "o"})
     upright = axes.lines[0]
-    assert upright.get_ydata().tolist() == pytest.approx([1 - 0.1 * BAR, 1 + 0.1 * BAR])
+    assert upright.get_ydata().tolist() == pytest.approx([1 - 0.1 * NORMAL_95, 1 + 0.1 * NORMAL_95])
     bars(axes, one, one, 0.1 * one, {"color": "k", "marker": "o"}, across=True)
-    assert axes.lines[2].get_xdata().tolist() == pytest.approx([1 - 0.1 * BAR, 1 + 0.1 * BAR])
+    assert axes.lines[2].get_xdata().tolist() == pytest.approx([1 - 0.1 * NORMAL_95, 1 + 0.1 * NORMAL_95])
 
 
 def test_measured_impacts_stand_at_those_of_a_portrait():

@@ -1,9 +1,12 @@
-"""The interval of a share that was counted in random trials."""
+"""Intervals of 95 %: of a share that was counted in random trials, and of a value with a normal error."""
 
 from __future__ import annotations
 
 OUTSIDE = 0.025
 """Probability of a count that extreme on either side of an interval of 95 %."""
+
+NORMAL_95 = 1.96
+"""Half of the interval that 95 % of normal errors are in, over their standard deviation."""
 
 
 def share_interval(hits: int, trials: int) -> tuple[float, float, float]:

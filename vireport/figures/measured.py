@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from msgspec import Struct
 
+from vireport.base.shares import NORMAL_95
 from vireport.figures.curves import TURN, Floats, joined
 from vireport.figures.layout import Entry
 from vireport.figures.style import Color, Look
@@ -18,9 +19,6 @@ from vireport.scenario.blocks import Approach
 
 if TYPE_CHECKING:
     from vireport.study.measured import DrawnImpacts, MeasuredAt
-
-BAR = 1.96
-"""Half an error bar over the standard error: 95 %."""
 
 POINT: Look = {"linestyle": "none", "markersize": 4.6, "markeredgewidth": 0.9, "zorder": 4.2}
 WAYS: dict[Approach, tuple[str, Look]] = {
@@ -62,7 +60,7 @@ def impact_marks(
             rows = np.flatnonzero((impacts.walls == wall) & np.isfinite(y))
             if not impacts.repeats:
                 rows = rows[-MOST_LOOSE:]
-            bar = BAR * error[rows]
+            bar = NORMAL_95 * error[rows]
             yield Marks(at, color, y[rows], y[rows] - bar, y[rows] + bar, impacts.repeats)
 
 
@@ -85,7 +83,7 @@ def discriminant_marks(records: Sequence[MeasuredAt]) -> Iterator[Marks]:
     """The discriminant of measured 1:1 motions."""
     for at in records:
         if (multipliers := at.multipliers) is not None:
-            value, bar = np.array([multipliers.discriminant]), BAR * multipliers.discriminant_error
+            value, bar = np.array([multipliers.discriminant]), NORMAL_95 * multipliers.discriminant_error
             yield Marks(at, Color.VERMILION, value, value - bar, value + bar, repeats=True)
 
 
@@ -93,7 +91,7 @@ def eigenvalue_marks(records: Sequence[MeasuredAt]) -> Iterator[Marks]:
     """The eigenvalues of measured 1:1 motions, or their real parts; bars between those of the ends of the trace's."""
     for at in records:
         if (multipliers := at.multipliers) is not None:
-            traces = multipliers.trace + BAR * multipliers.trace_error * np.array([0.0, -1.0, 1.0])
+            traces = multipliers.trace + NORMAL_95 * multipliers.trace_error * np.array([0.0, -1.0, 1.0])
             for values in eigenvalues(traces, multipliers.decay):
                 low, high = values.min(keepdims=True), values.max(keepdims=True)
                 yield Marks(at, Color.VERMILION, values[:1], low, high, repeats=True)
@@ -140,7 +138,7 @@ def draw_speeds(axes: Axes, records: Sequence[MeasuredAt], place: Callable[[floa
 def bars(axes: Axes, x: Floats, y: Floats, error: Floats | None, look: Look, across: bool = False) -> None:
     """Draw points of one look with 95 % error bars of their standard errors, across or upright, or without."""
     if error is not None:
-        width, height = (BAR * error, 0.0 * error) if across else (0.0 * error, BAR * error)
+        width, height = (NORMAL_95 * error, 0.0 * error) if across else (0.0 * error, NORMAL_95 * error)
         ends = zip(x - width, x + width, y - height, y + height, strict=True)
         drawn = [(np.array([left, right]), np.array([low, high])) for left, right, low, high in ends]
         axes.add_artist(Line2D(*joined(drawn), **BARS, color=look["color"]))

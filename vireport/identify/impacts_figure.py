@@ -11,6 +11,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from vireport.base.shares import NORMAL_95
 from vireport.figures.curves import Floats
 from vireport.figures.layout import MARGIN_X, blank, finished, fit_vertically, prefix, widened
 from vireport.figures.style import GUIDE, Color, Look, NotebookFigure, Picture, style
@@ -23,9 +24,6 @@ from vireport.text.templates import Words
 
 HEIGHT, HIGHER = 1.25, 1.35
 """Of the panel of a membrane, and how much higher it is on the first page of a PDF [in]."""
-
-NORMAL_95 = 1.96
-"""Half of the interval that 95 % of normal errors are in, over their standard deviation."""
 
 MOST_DRAWN = 3000
 """Impacts beyond which only every second, third, ... is drawn."""

@@ -13,6 +13,7 @@ from msgspec import Struct
 from vireport.base.errors import NumericalError, UsageError
 from vireport.base.progress import Progress, WorkStep, portion
 from vireport.base.records import keyed
+from vireport.base.shares import NORMAL_95
 from vireport.cli.outcome import CommandOutcome
 from vireport.cli.outputs import file_names
 from vireport.design.measured import held_harmonics, share_that_fits
@@ -49,9 +50,6 @@ DATA = "identified.json", "identified.yaml", RECORD
 
 IDENTIFY_FILES = page_and_figure_files(["figure-impacts", "figure-record"])
 """Files that it may write as well, by their formats."""
-
-NORMAL_HALF = 1.96
-"""Half of that interval over the standard error, where that is known."""
 
 PICKED_SHARE, DRAWN_SHARE = 0.5, 0.9
 """Shares of the time with raw signals, as measured, after which the impacts are picked, and the record is drawn."""
@@ -309,7 +307,7 @@ def _scenario_text(scenario: Scenario, answer: Identification, shaker: ShakerMot
                 varied = DesignInput(prior.unknown.value)
                 data["excitation"][varied.value] = prior.value
                 tolerances.pop(percent_key(varied), None)
-                tolerances[varied.value] = (3 if normal else NORMAL_HALF) * prior.deviation
+                tolerances[varied.value] = (3 if normal else NORMAL_95) * prior.deviation
         data["excitation"]["harmonics"] = [
             {"order": item.order, "percent": item.percent, "phase_deg": item.phase_deg}
             for item in shaker.harmonics

@@ -12,15 +12,15 @@ from msgspec import Struct
 
 from vireport.base.errors import NumericalError
 from vireport.base.records import brief
+from vireport.base.shares import NORMAL_95
 from vireport.design.solution import Solution
 from vireport.findings.escape.least_kicks import KickedPath, LeastKicks, edge_rows, least_kicks
 from vireport.findings.escape.lifetimes import ESCAPES, Lifetime, ReturnGrid, lifetime
 from vireport.findings.outcomes.returning import Core, Recogniser, patient
 from vireport.findings.outcomes.shock import MotionsByStability
-from vireport.findings.outcomes.withstood import motions_by_stability
+from vireport.findings.outcomes.withstood import disturbed_design
 from vireport.physics.groups import Groups, by_wall
 from vireport.physics.motion import Motion
-from vireport.scenario.parameters import Parameter
 
 BUDGET, LEVEL_BUDGET = 8_000_000, 3_000_000
 """Most impacts that are simulated with the kicks of the scenario, and with the larger kicks of each level; a million
@@ -35,9 +35,6 @@ SOME_TENS, ENOUGH = 20.0, 3
 
 LONGEST = 700.0
 """Logarithm of a number of periods that is beyond any use, and near the largest that a double has."""
-
-INTERVAL = 1.96
-"""Half the width of a 95 % interval, in standard errors."""
 
 SEED = 20261129
 """Seed of the kicks, the same in every run."""
@@ -140,7 +137,7 @@ class MotionEscape(Struct, frozen=True, eq=False):
             return low, None if high == inf else high
         if self.law is None or self.reason:
             return None, None
-        half = INTERVAL * self.law.error
+        half = NORMAL_95 * self.law.error
         return exp(self.log_periods - half), exp(min(self.log_periods + half, LONGEST))
 
     @property
@@ -204,12 +201,10 @@ def escape_of(solution: Solution, kick_m_s: float) -> Escape | None:
     kick_m_s : float
         Standard deviation of the velocity that is added just after each impact [m/s].
     """
-    design, device = solution.design, solution.device.constant_restitution("how long a motion lasts under kicks")
-    if design is None or not design.motions.stable_mask.any():
+    disturbed = disturbed_design(solution, "how long a motion lasts under kicks")
+    if disturbed is None:
         return None
-    at = Parameter.LENGTH, device.length_m
-    groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
-    motions = motions_by_stability(design, device)
+    device, groups, unit, motions = disturbed
     lasting = tuple(escape_from(groups, motion, motions, kick_m_s / unit) for motion in motions.stable)
     return Escape(lasting, kick_m_s, unit, float(device.frequency_hz))
 

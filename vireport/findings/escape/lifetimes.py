@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vireport.base.records import brief
 from vireport.base.shares import OUTSIDE
 from vireport.findings.escape.least_kicks import impact_rows, kicked, leaving
-from vireport.findings.outcomes.deviations import chained, flight_matrices, growth, kick_effects, stationary
+from vireport.findings.outcomes.deviations import chained, flight_matrices, growth, kick_effects, spread_by
 from vireport.findings.outcomes.returning import Core
 from vireport.physics.groups import Groups
 from vireport.physics.motion import Motion
@@ -125,17 +125,13 @@ class ReturnGrid:
 def _reach(groups: Groups[float], motion: Motion, kick: float) -> Floats:
     """Half widths of the grid in time [t_c] and velocity [y_c] at each impact, (N, 2), by the linear spread."""
     matrices, effects = flight_matrices(groups, motion), kick_effects(groups, motion)
-    gathered = np.zeros((2, 2))
-    for matrix, effect in zip(matrices, effects, strict=True):
-        gathered = matrix @ gathered @ matrix.T + np.outer(effect, effect)
-    spread, half = stationary(chained(matrices), gathered), []
-    for wall, matrix, effect in zip(motion.word.walls, matrices, effects, strict=True):
-        # A kick k just after an impact acts as a deviation k/r of the velocity just before it.
-        variance = spread.diagonal() + np.array([0.0, groups.restitution_at(wall) ** -2])
-        half.append(REACH * kick * np.sqrt(variance))
-        spread = matrix @ spread @ matrix.T + np.outer(effect, effect)
+    spreads = spread_by(matrices, effects[:, :, None] * effects[:, None, :])
+    # A kick k just after an impact acts as a deviation k/r of the velocity just before it.
+    variances = spreads.diagonal(axis1=1, axis2=2).copy()
+    variances[:, 1] += [groups.restitution_at(wall) ** -2 for wall in motion.word.walls]
+    half = REACH * kick * np.sqrt(variances)
     # 1 t_c either way holds all phases; wider cells would hold more than one part of the basin.
-    return np.minimum(half, [1.0, float(np.abs(motion.velocity).max())])
+    return np.asarray(np.minimum(half, [1.0, float(np.abs(motion.velocity).max())]))
 
 
 class Lifetime(Struct, frozen=True, eq=False):

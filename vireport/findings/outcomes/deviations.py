@@ -86,6 +86,25 @@ def _pull(groups: Groups[float], time: float) -> float:
     return float(groups.pull(groups.wave(pi * time, FLOATS).force))
 
 
+def spread_by(matrices: Floats, sources: Floats) -> Floats:
+    """Stationary covariance of time and velocity at each impact of a motion under independent kicks, (N, 2, 2).
+
+    Parameters
+    ----------
+    matrices : ndarray (N, 2, 2)
+        Of the flights, as `flight_matrices` has them; of a stable motion.
+    sources : ndarray (N, 2, 2)
+        Covariance that the kick just after each impact adds at the next one.
+    """
+    gathered = np.zeros((2, 2))
+    for matrix, source in zip(matrices, sources, strict=True):
+        gathered = matrix @ gathered @ matrix.T + source
+    covariance = [stationary(chained(matrices), gathered)]
+    for matrix, source in zip(matrices[:-1], sources[:-1], strict=True):
+        covariance.append(matrix @ covariance[-1] @ matrix.T + source)
+    return np.array(covariance)
+
+
 def stationary(matrix: Floats, source: Floats) -> Floats:
     """The symmetric S with S = A S A' + Q, a discrete Lyapunov equation: three linear equations in its entries.
 

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vireport.findings.outcomes.deviations import chained, flight_matrices, growth, kick_effects, stationary
+from vireport.findings.outcomes.deviations import chained, flight_matrices, growth, kick_effects, spread_by, stationary
 from vireport.findings.outcomes.impact_map import forwards
 from vireport.physics.energy import Membrane, generated_voltage
 from vireport.physics.groups import Groups
@@ -185,19 +185,13 @@ def jitter(groups: Groups[float], motion: Motion, kick: float, restitution_scatt
         return NoJitter(Unsettled.UNSTABLE, 0.0)
     kicks = kick**2 + (restitution_scatter * motion.velocity) ** 2
     sources = kicks[:, None, None] * effects[:, :, None] * effects[:, None, :]
-    gathered = np.zeros((2, 2))
-    for matrix, source in zip(matrices, sources, strict=True):
-        gathered = matrix @ gathered @ matrix.T + source
-    covariance = [stationary(lap, gathered)]
-    for matrix, source in zip(matrices[:-1], sources[:-1], strict=True):
-        covariance.append(matrix @ covariance[-1] @ matrix.T + source)
+    spreads = spread_by(matrices, sources)
     if not kicks.any():
-        return Jitter(motion, np.array(covariance), np.zeros((len(matrices), 2)), 0.0, inf)
+        return Jitter(motion, spreads, np.zeros((len(matrices), 2)), 0.0, inf)
     room = _room(groups, motion, restitution_scatter)
     # Kicks may be so small that what is neglected is lost in rounding: the error is then found for larger kicks and
     # divided by the square of the factor, as it grows with the square at first.
     enlarged = max(0, ceil(log2(LEAST_KICK / sqrt(float(kicks.max())))))
-    spreads = np.array(covariance)
 
     def off(factor: float) -> tuple[float, Floats]:
         spread = factor * kick, factor * restitution_scatter

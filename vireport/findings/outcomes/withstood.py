@@ -169,13 +169,10 @@ def withstood_by(
         Shock that must be withstood [m/s]: where none leads out up to the largest impact velocity, it is looked
         further, up to this one.
     """
-    design, device = solution.design, solution.device.constant_restitution("what shocks lead to")
-    if design is None or not design.motions.stable_mask.any():
+    disturbed = disturbed_design(solution, "what shocks lead to")
+    if disturbed is None:
         return None
-    # Only 1:1 motions, whatever the sweep: their companions are known from the same equations without following any.
-    at = Parameter.LENGTH, device.length_m
-    groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
-    motions = motions_by_stability(design, device)
+    device, groups, unit, motions = disturbed
     shock, unknown = None, ""
     if shocks:
         try:
@@ -188,6 +185,32 @@ def withstood_by(
         spreads = [jitter(groups, motion, jitter_m_s / unit, jitter_restitution) for motion in motions.stable]
     largest, period = max(spreads, key=_size, default=None), 0.5 / float(device.frequency_hz)
     return Withstood(unit, period, shock, unknown, jitter_m_s, jitter_restitution, largest, solution.membrane)
+
+
+class DisturbedDesign(NamedTuple):
+    """A design point with a stable 1:1 motion: its device with groups and y_c [m/s], and its motions."""
+
+    device: Device
+    groups: Groups[float]
+    velocity_unit: float
+    motions: MotionsByStability
+
+
+def disturbed_design(solution: Solution, purpose: str) -> DisturbedDesign | None:
+    """The design point whose stable 1:1 motions are disturbed; None where it has none.
+
+    Raises
+    ------
+    UsageError
+        If the restitution falls with speed; `purpose` is what is not available then.
+    """
+    design, device = solution.design, solution.device.constant_restitution(purpose)
+    if design is None or not design.motions.stable_mask.any():
+        return None
+    # Only 1:1 motions, whatever the sweep: their companions are known from the same equations without following any.
+    at = Parameter.LENGTH, device.length_m
+    groups, unit = device.groups(*at).as_floats(), float(device.velocity_unit(*at))
+    return DisturbedDesign(device, groups, unit, motions_by_stability(design, device))
 
 
 def shocks_around(

@@ -16,6 +16,7 @@ from msgspec import Struct, convert
 from msgspec.structs import asdict, replace
 
 from vireport.base.records import brief, plain
+from vireport.base.shares import NORMAL_95
 from vireport.design.recovery import NoRecovery
 from vireport.physics.device import Device
 from vireport.physics.forcing import Harmonic
@@ -39,9 +40,6 @@ SAMPLED = 1e-5
 
 NOT_COMPARED = ("schema_version", "title")
 """Keys of a scenario that have no part in its results."""
-
-INTERVAL = 1.96
-"""Half of an interval of 95 % over the standard error."""
 
 SAME_VOLTAGE = 1e-9
 """Relative difference up to which two motions, such as mirror images, have one voltage."""
@@ -347,7 +345,7 @@ def _measured(scenario: ComparedScenario) -> Iterator[ComparedQuantity]:
             if at_design is not None:
                 # Two that differ by less than their intervals of 95 % do not differ.
                 note = _said("standard_error", rounded_text(error, ROUGHLY))
-                yield replace(of, value=value, note=note, bound=INTERVAL * error)
+                yield replace(of, value=value, note=note, bound=NORMAL_95 * error)
             if computed is None:
                 continue
             yield replace(of, subject=_said("computed", *named), value=computed[name])
